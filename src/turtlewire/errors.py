@@ -1,0 +1,100 @@
+"""Every error that turtlewire raises on purpose, in one tree.
+
+Each class knows the exit code that the command line ends with when it is not handled:
+1 the program or the data is wrong, 2 wrong usage, 3 the robot or the link to it.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class TurtlewireError(Exception):
+    """The root: whoever catches this catches everything that turtlewire raises on purpose.
+
+    ``str(error)`` is one paragraph for people: what was wrong, where, and what to do about it.
+    """
+
+    exit_code: ClassVar[int] = 1
+
+
+class UsageError(TurtlewireError):
+    """Options, a URL or a setting that mean nothing, or that contradict one another."""
+
+    exit_code = 2
+
+
+class DataError(TurtlewireError):
+    """Data handed to turtlewire is wrong: a file, a value out of range, bytes that mean nothing."""
+
+
+class ProgramError(DataError):
+    """A robot program is wrong. Logo's own errors (``turtlewire.logo``) are a kind of this."""
+
+
+class MessageError(DataError, ValueError):
+    """A message that its protocol cannot carry (a field out of range, a wrong type).
+
+    Raised before any byte of it leaves the host.
+    """
+
+
+class OutputError(DataError):
+    """A picture or other result could not be written (disk full, no permission, unknown format)."""
+
+
+class LinkError(TurtlewireError):
+    """Something is wrong with the way to the robot."""
+
+    exit_code = 3
+
+
+class PortNotFoundError(LinkError):
+    """There is no such port, or nobody listens at that address."""
+
+
+class PortBusyError(LinkError):
+    """The port is in use by another program: a robot has one host at a time."""
+
+
+class LinkClosedError(LinkError):
+    """The link ended while it was in use: unplugged, or closed by the other side."""
+
+
+class RobotError(TurtlewireError):
+    """The robot did not do what it was told."""
+
+    exit_code = 3
+
+
+class NoReplyError(RobotError):
+    """The robot does not answer, though it should."""
+
+
+class PoseUncertainError(RobotError):
+    """Where the robot is, is no longer known: moves or answers were lost on the way (W15)."""
+
+
+class LimitReachedError(RobotError):
+    """A limit sensor stopped the robot (W13).
+
+    Attributes:
+        sensor: ``"front"``, ``"back"``, ``"left"`` or ``"right"``.
+        x_mm, y_mm: where the robot says it is, or where it should be when it does not answer.
+        heading_deg: 0 = +Y, clockwise.
+    """
+
+    def __init__(self, sensor: str, x_mm: float, y_mm: float, heading_deg: float) -> None:
+        super().__init__(
+            f"the {sensor} limit sensor stopped the robot at x {x_mm:g} mm, y {y_mm:g} mm, "
+            f"heading {heading_deg:g} degrees; what had been sent ahead was abandoned. "
+            "Move it free, or handle it in the program (Logo: ONLIMIT [ ... ])"
+        )
+        self.sensor = sensor
+        self.x_mm = x_mm
+        self.y_mm = y_mm
+        self.heading_deg = heading_deg
+
+
+class NotSupportedError(RobotError):
+    """The robot lacks the hardware or the commands for this (no horn, no lamp)."""

@@ -1,0 +1,189 @@
+"""The turtle that Logo and people program against: an interface, and the pose.
+
+Whatever draws (a robot over its wire, a screen) implements ``Turtle``; whatever programs
+(Logo, a Python program) uses only this. Distances are millimetres, angles degrees; headings are
+Logo's: 0 = +Y (up), clockwise.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+# An arc is drawn as a polygon whose sides leave the true circle by at most this much.
+ARC_SAGITTA_MM = 0.25
+TONES = ("off", "low", "high")
+
+
+class Pose(NamedTuple):
+    """A place and a direction: millimetres, and degrees with 0 = +Y, clockwise."""
+
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    heading_deg: float = 0.0
+
+    def moved(self, distance_mm: float) -> Pose:
+        """The pose after driving straight (backwards when negative)."""
+        dx, dy = direction(self.heading_deg)
+        return Pose(self.x_mm + distance_mm * dx, self.y_mm + distance_mm * dy, self.heading_deg)
+
+    def turned(self, angle_deg: float) -> Pose:
+        """The pose after turning clockwise (counter-clockwise when negative)."""
+        return Pose(self.x_mm, self.y_mm, (self.heading_deg + angle_deg) % 360.0)
+
+    def bearing_to(self, x_mm: float, y_mm: float) -> float:
+        """The heading, 0 <= h < 360, that looks at a point; 0 for the place itself."""
+        dx, dy = x_mm - self.x_mm, y_mm - self.y_mm
+        return math.degrees(math.atan2(dx, dy)) % 360.0 if dx or dy else 0.0
+
+    def distance_to(self, x_mm: float, y_mm: float) -> float:
+        """How far a point is away, in millimetres."""
+        return math.hypot(x_mm - self.x_mm, y_mm - self.y_mm)
+
+
+def direction(heading_deg: float) -> tuple[float, float]:
+    """The unit vector of a heading; exact for the four right angles, so squares close exactly."""
+    h = heading_deg % 360.0
+    if h % 90.0 == 0.0:
+        return ((0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0))[int(h // 90.0) % 4]
+    radians = math.radians(h)
+    return math.sin(radians), math.cos(radians)
+
+
+class Turtle(ABC):
+    """A turtle with a pen, as Logo knows it.
+
+    Methods return when the turtle has accepted the command; a robot may still be moving (``finish``
+    waits). Any of them may raise ``LinkError`` or ``RobotError``: among them ``LimitReachedError``,
+    which belongs to this or an earlier motion, and after which the turtle stands still where the error says.
+    """
+
+    @abstractmethod
+    def forward(self, distance_mm: float) -> None:
+        """Drive straight ahead; backwards when negative."""
+
+    @abstractmethod
+    def right(self, angle_deg: float) -> None:
+        """Turn clockwise on the spot; counter-clockwise when negative. Whole turns are made."""
+
+    def back(self, distance_mm: float) -> None:
+        """Drive straight backwards; ahead when negative."""
+        self.forward(-distance_mm)
+
+    def left(self, angle_deg: float) -> None:
+        """Turn counter-clockwise on the spot; clockwise when negative."""
+        self.right(-angle_deg)
+
+    @abstractmethod
+    def set_position(self, x_mm: float, y_mm: float) -> None:
+        """Go straight to a point and keep the heading."""
+
+    def set_x(self, x_mm: float) -> None:
+        """Go to an x coordinate along a line parallel to the x axis; the heading is kept."""
+        self.set_position(x_mm, self.pose.y_mm)
+
+    def set_y(self, y_mm: float) -> None:
+        """Go to a y coordinate along a line parallel to the y axis; the heading is kept."""
+        self.set_position(self.pose.x_mm, y_mm)
+
+    @abstractmethod
+    def set_heading(self, heading_deg: float) -> None:
+        """Turn, the shorter way, to an absolute heading."""
+
+    @abstractmethod
+    def home(self) -> None:
+        """Go to the origin and look up (heading 0)."""
+
+    @property
+    @abstractmethod
+    def pose(self) -> Pose:
+        """Where the exact turtle is, without the rounding of any robot."""
+
+    def towards(self, x_mm: float, y_mm: float) -> float:
+        """The heading, 0 <= h < 360, that looks at a point."""
+        return self.pose.bearing_to(x_mm, y_mm)
+
+    @abstractmethod
+    def pen_up(self) -> None:
+        """Lift the pen."""
+
+    @abstractmethod
+    def pen_down(self) -> None:
+        """Lower the pen."""
+
+    @property
+    @abstractmethod
+    def is_pen_down(self) -> bool:
+        """Whether the pen is down."""
+
+    def arc(self, angle_deg: float, radius_mm: float) -> None:
+        """Draw a part of a circle around the turtle, starting at its heading, clockwise.
+
+        The turtle ends where it was, with its heading and pen as they were.
+        """
+        if not radius_mm or not angle_deg:
+            return
+        radius = abs(radius_mm)
+        sweep = max(-360.0, min(360.0, angle_deg))
+        start, was_down = self.pose, self.is_pen_down
+        step = 2.0 * math.degrees(math.acos(max(0.5, 1.0 - ARC_SAGITTA_MM / radius)))
+        sides = max(1, math.ceil(abs(sweep) / step))
+        first = 180.0 if radius_mm < 0 else 0.0
+        self.pen_up()
+        for i in range(sides + 1):
+            point = start.turned(first + sweep * i / sides).moved(radius)
+            self.set_position(point.x_mm, point.y_mm)
+            if i == 0 and was_down:
+                self.pen_down()
+        self.pen_up()
+        self.set_position(start.x_mm, start.y_mm)
+        self.set_heading(start.heading_deg)
+        if was_down:
+            self.pen_down()
+
+    @abstractmethod
+    def clean(self) -> None:
+        """Start a new sheet: forget what was drawn. Only the trace; ink on a floor stays."""
+
+    def clear_screen(self) -> None:
+        """``clean``, with the turtle home. A robot drives there with its pen up."""
+        was_down = self.is_pen_down
+        if self.pose != Pose():
+            self.pen_up()
+            self.home()
+            if was_down:
+                self.pen_down()
+        self.clean()
+
+    @abstractmethod
+    def set_speed(self, speed: int) -> None:
+        """Set the speed, 1 (slow) to 255 (fast). Raises ``MessageError`` outside."""
+
+    @abstractmethod
+    def horn(self, tone: str) -> None:
+        """Sound the horn: ``"off"``, ``"low"`` or ``"high"``. Raises ``NotSupportedError`` without one."""
+
+    @abstractmethod
+    def lamp(self, on: bool) -> None:  # noqa: FBT001 - there is nothing else it could mean
+        """Switch the lamp. Raises ``NotSupportedError`` without one."""
+
+    @abstractmethod
+    def wait(self, seconds: float) -> None:
+        """Let the motion end, then let this much of the robot's time pass."""
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Wait until every motion is done."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop at once and forget every motion not yet done."""
+
+    @abstractmethod
+    def set_step_by_step(self, on: bool) -> None:  # noqa: FBT001 - there is nothing else it could mean
+        """Whether each motion ends before its method returns.
+
+        Off (the default) lets motions be sent ahead, so that the robot never waits for its host. A program that
+        handles limits (ONLIMIT) needs it on: an error must arrive in the motion it belongs to.
+        """
