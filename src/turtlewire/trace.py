@@ -17,7 +17,7 @@ class Stroke(NamedTuple):
 class Trace:
     """The path of one turtle since its start or since the last ``clear``."""
 
-    def __init__(self, pose: Pose = Pose()) -> None:  # noqa: B008 - immutable
+    def __init__(self, pose: Pose = Pose()) -> None:
         self.strokes: list[Stroke] = []
         self.start = pose
         self.pose = pose

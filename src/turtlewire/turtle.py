@@ -165,7 +165,7 @@ class Turtle(ABC):
         """Sound the horn: ``"off"``, ``"low"`` or ``"high"``. Raises ``NotSupportedError`` without one."""
 
     @abstractmethod
-    def lamp(self, on: bool) -> None:  # noqa: FBT001 - there is nothing else it could mean
+    def lamp(self, on: bool) -> None:
         """Switch the lamp. Raises ``NotSupportedError`` without one."""
 
     @abstractmethod
@@ -181,7 +181,7 @@ class Turtle(ABC):
         """Stop at once and forget every motion not yet done."""
 
     @abstractmethod
-    def set_step_by_step(self, on: bool) -> None:  # noqa: FBT001 - there is nothing else it could mean
+    def set_step_by_step(self, on: bool) -> None:
         """Whether each motion ends before its method returns.
 
         Off (the default) lets motions be sent ahead, so that the robot never waits for its host. A program that

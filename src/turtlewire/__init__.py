@@ -1,0 +1,1 @@
+"""turtlewire: drive, program and trust any small serial robot."""

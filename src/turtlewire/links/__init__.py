@@ -1,0 +1,1 @@
+"""Ways to carry bytes: serial port, TCP, pty, in-memory."""

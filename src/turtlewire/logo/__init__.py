@@ -1,0 +1,1 @@
+"""Logo: reader, syntax, evaluator; knows robots only as a Turtle."""

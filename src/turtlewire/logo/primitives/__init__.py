@@ -1,0 +1,1 @@
+"""The primitives of Logo, one file per chapter of the manual."""

@@ -1,0 +1,1 @@
+"""The drivers: sessions over a link, exact pose, one file per robot."""

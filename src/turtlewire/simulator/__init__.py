@@ -1,0 +1,1 @@
+"""Virtual robots in a virtual world, at the far end of a wire."""
