@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from turtlewire.turtle import Pose
+from turtlewire.turtle import HOME, Pose
 
 
 class Stroke(NamedTuple):
@@ -17,7 +17,7 @@ class Stroke(NamedTuple):
 class Trace:
     """The path of one turtle since its start or since the last ``clear``."""
 
-    def __init__(self, pose: Pose = Pose()) -> None:
+    def __init__(self, pose: Pose = HOME) -> None:
         self.strokes: list[Stroke] = []
         self.start = pose
         self.pose = pose

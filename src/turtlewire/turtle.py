@@ -42,6 +42,9 @@ class Pose(NamedTuple):
         return math.hypot(x_mm - self.x_mm, y_mm - self.y_mm)
 
 
+HOME = Pose()
+
+
 def direction(heading_deg: float) -> tuple[float, float]:
     """The unit vector of a heading; exact for the four right angles, so squares close exactly."""
     h = heading_deg % 360.0
@@ -149,7 +152,7 @@ class Turtle(ABC):
     def clear_screen(self) -> None:
         """``clean``, with the turtle home. A robot drives there with its pen up."""
         was_down = self.is_pen_down
-        if self.pose != Pose():
+        if self.pose != HOME:
             self.pen_up()
             self.home()
             if was_down:
@@ -184,6 +187,6 @@ class Turtle(ABC):
     def set_step_by_step(self, on: bool) -> None:
         """Whether each motion ends before its method returns.
 
-        Off (the default) lets motions be sent ahead, so that the robot never waits for its host. A program that
-        handles limits (ONLIMIT) needs it on: an error must arrive in the motion it belongs to.
+        Off (the default) lets motions be sent ahead, so that the robot never waits for its host. A program
+        that handles limits (ONLIMIT) needs it on: an error must arrive in the motion it belongs to.
         """
