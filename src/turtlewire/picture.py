@@ -1,0 +1,270 @@
+"""A trace as a picture: SVG text, PNG bytes, or a file of either kind.
+
+Pen-down strokes are solid dark lines, travel with the pen up is thin, pale and dashed; the turtle sits at
+its last pose; a scale bar tells the size. The same trace always gives the same bytes. The letters of the
+scale bar are drawn as lines, so a machine without fonts makes the same picture.
+"""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+import re
+import secrets
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from turtlewire.errors import OutputError, UsageError
+
+if TYPE_CHECKING:
+    from turtlewire.trace import Stroke, Trace
+    from turtlewire.turtle import Pose
+
+FORMATS = (".svg", ".png")
+
+# Pixels.
+LONGEST_SIDE = 1000
+SHORTEST_SIDE = 320
+MARGIN = 48  # holds the turtle, wherever it stands
+SCALE_STRIP = 36  # below the drawing, for the scale bar
+SCALE_BAR_LONGEST = 200
+SCALE_BAR_SHORTEST = 70  # 1, 2, 5, 10 ...: without an upper end, one of them always lies between
+LETTER_HEIGHT = 13
+LETTER_GAP = 3.0
+
+# No line is magnified more than this; below SPECK_MM a drawing is rounding noise, shown as a point.
+LARGEST_PX_PER_MM = 100.0
+SPECK_MM = 0.01
+PX_PER_MM_OF_A_POINT = 1.0
+
+INK = "#1d2a3a"
+TRAVEL = "#9fb6cf"
+SCALE = "#5b6b7d"
+SHELL, SHELL_LINE, SKIN = "#2f8f5b", "#e9f7ee", "#74c08c"
+
+UNITS = (("km", 1_000_000), ("m", 1_000), ("cm", 10), ("mm", 1))
+ROUND_LENGTHS_MM = [mantissa * 10**exponent for exponent in range(9) for mantissa in (1, 2, 5)]
+
+# What a scale label can say, as (width, path): lines on a grid 10 high, y down, the baseline at 10.
+LETTERS = {
+    "0": (6.0, "M3,0C5,0 6,2 6,5S5,10 3,10 0,8 0,5 1,0 3,0Z"),
+    "1": (3.4, "M0.4,2.2L3,0V10"),
+    "2": (6.0, "M0.3,2.8C0.4,1 1.5,0 3.1,0S5.8,1 5.8,2.7C5.8,4.6 4.2,6 0.2,10H6"),
+    "5": (6.0, "M5.3,0H1.1L0.6,4.6C1.3,4 2.1,3.7 3,3.7 4.8,3.7 6,5 6,6.8S4.8,10 3,10C1.7,10 0.6,9.4 0,8.4"),
+    "c": (5.2, "M5.2,4.8C4.7,4 3.9,3.5 3,3.5 1.2,3.5 0,4.9 0,6.7S1.2,10 3,10C3.9,10 4.7,9.5 5.2,8.7"),
+    "k": (5.0, "M0,0V10M4.6,3.5L0,7.6M1.8,6L5,10"),
+    "m": (
+        8.4,
+        "M0,3.5V10M0,6C0,4.5 1,3.5 2.2,3.5S4.2,4.3 4.2,6V10M4.2,6C4.2,4.5 5.2,3.5 6.4,3.5S8.4,4.3 8.4,6V10",
+    ),
+    " ": (2.0, ""),
+}
+
+# Characters that XML cannot carry, not even escaped.
+NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+ADVICE = {
+    errno.ENOSPC: "free some space there, or choose another folder",
+    errno.EDQUOT: "free some space there, or choose another folder",
+    errno.EFBIG: "free some space there, or choose another folder",
+    errno.ENOENT: "make the folder first, or choose one that exists",
+    errno.ENOTDIR: "choose a folder: a part of this path is a file",
+    errno.EISDIR: "choose another name: this one is a folder",
+    errno.EACCES: "choose a folder that you may write to",
+    errno.EPERM: "choose a folder that you may write to",
+    errno.EROFS: "choose a folder that you may write to",
+    errno.ENAMETOOLONG: "choose a shorter name",
+}
+
+
+class Layout(NamedTuple):
+    """How millimetres become pixels: the size of the sheet, and where the origin lies on it."""
+
+    width: int
+    height: int
+    px_per_mm: float
+    origin_x: float
+    origin_y: float
+
+    def place(self, x_mm: float, y_mm: float) -> str:
+        """A point as SVG writes it; SVG's y axis points down."""
+        x = self.origin_x + x_mm * self.px_per_mm
+        y = self.origin_y - y_mm * self.px_per_mm
+        return f"{round(x, 2):g},{round(y, 2):g}"
+
+
+def save(trace: Trace, path: Path, *, title: str = "") -> None:
+    """Write a picture; the suffix of the path, .svg or .png, says which kind.
+
+    The file appears whole or not at all: an old picture survives a full disk.
+
+    Raises:
+        UsageError: the suffix is neither .svg nor .png.
+        OutputError: the file cannot be written.
+    """
+    kind = format_of(path)
+    text = svg(trace, title=title)
+    data = png(text) if kind == ".png" else text.encode()
+    try:
+        _write(path, data)
+    except OSError as error:
+        advice = ADVICE.get(error.errno or 0, "choose another folder or name")
+        reason = error.strerror or str(error)
+        raise OutputError(f"cannot write the picture {path}: {reason}; {advice}") from error
+
+
+def format_of(path: Path) -> str:
+    """``".svg"`` or ``".png"``; to be asked before a robot sets out to draw.
+
+    Raises:
+        UsageError: the suffix is another one.
+    """
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise UsageError(f"unknown picture format {path.suffix!r}: use .svg or .png")
+    return kind
+
+
+def svg(trace: Trace, *, title: str = "") -> str:
+    """The picture as SVG text; ``title`` is what a viewer shows as its name.
+
+    Raises:
+        OutputError: the drawing has no finite size.
+    """
+    import drawsvg  # type: ignore[import-untyped]
+
+    layout = _layout(trace)
+    drawing = drawsvg.Drawing(layout.width, layout.height)
+    if title:
+        drawing.append_title(NOT_XML.sub("\N{REPLACEMENT CHARACTER}", title))
+    drawing.append(drawsvg.Rectangle(0, 0, layout.width, layout.height, fill="#ffffff"))
+    lines = {"fill": "none", "stroke_linecap": "round", "stroke_linejoin": "round"}
+    travel = drawsvg.Group(id="travel", stroke=TRAVEL, stroke_width=1.1, stroke_dasharray="5 5", **lines)
+    ink = drawsvg.Group(id="ink", stroke=INK, stroke_width=2, **lines)
+    for stroke in trace.strokes:
+        (ink if stroke.pen_down else travel).append(drawsvg.Path(_path(stroke, layout)))
+    drawing.append(travel)
+    drawing.append(ink)
+    scale = drawsvg.Group(id="scale", stroke=SCALE, stroke_width=1.6, **lines)
+    _draw_scale(drawsvg, scale, layout)
+    drawing.append(scale)
+    place = layout.place(trace.pose.x_mm, trace.pose.y_mm)
+    heading = f"{round(trace.pose.heading_deg, 2):g}"
+    turtle = drawsvg.Group(id="turtle", transform=f"translate({place}) rotate({heading})")
+    _draw_turtle(drawsvg, turtle)
+    drawing.append(turtle)
+    text = drawing.as_svg()
+    assert isinstance(text, str)
+    return text
+
+
+def png(svg: str) -> bytes:
+    """The PNG image of an SVG text, a pixel for each of its units."""
+    import resvg_py
+
+    return bytes(resvg_py.svg_to_bytes(svg_string=svg, skip_system_fonts=True))
+
+
+def _layout(trace: Trace) -> Layout:
+    """Fit all strokes, and the turtle at its start and end, on a sheet."""
+    poses: tuple[Pose, ...] = (trace.start, trace.pose)
+    xs = [pose.x_mm for pose in poses] + [x for stroke in trace.strokes for x, _ in stroke.points]
+    ys = [pose.y_mm for pose in poses] + [y for stroke in trace.strokes for _, y in stroke.points]
+    left, right, bottom, top = min(xs), max(xs), min(ys), max(ys)
+    width_mm, height_mm = right - left, top - bottom
+    if not math.isfinite(sum(xs) + sum(ys)):
+        raise OutputError(
+            "cannot draw the picture: the turtle went beyond all numbers; see that it turns back"
+        )
+    room_x, room_y = LONGEST_SIDE - 2 * MARGIN, LONGEST_SIDE - 2 * MARGIN - SCALE_STRIP
+    px_per_mm = PX_PER_MM_OF_A_POINT
+    if max(width_mm, height_mm) >= SPECK_MM:
+        # The larger ratio is the tighter fit; divided last, so that no side is divided by zero.
+        px_per_mm = min(1 / max(width_mm / room_x, height_mm / room_y), LARGEST_PX_PER_MM)
+    width = max(SHORTEST_SIDE, round(width_mm * px_per_mm) + 2 * MARGIN)
+    height = max(SHORTEST_SIDE, round(height_mm * px_per_mm) + 2 * MARGIN + SCALE_STRIP)
+    return Layout(
+        width,
+        height,
+        px_per_mm,
+        width / 2 - (left / 2 + right / 2) * px_per_mm,
+        (height - SCALE_STRIP) / 2 + (bottom / 2 + top / 2) * px_per_mm,
+    )
+
+
+def _path(stroke: Stroke, layout: Layout) -> str:
+    """One polyline as path data; points that fall on the same spot are written once."""
+    points: list[str] = []
+    last = ""
+    for x_mm, y_mm in stroke.points:
+        point = layout.place(x_mm, y_mm)
+        if point != last:
+            points.append(point)
+            last = point
+    if len(points) == 1:
+        points *= 2  # a dot is a line of no length, with round ends
+    return "M" + " ".join(points)
+
+
+def _draw_scale(drawsvg: Any, group: Any, layout: Layout) -> None:
+    """A bar of a round length in the lower left corner, its label above."""
+    fitting = [mm for mm in ROUND_LENGTHS_MM if mm * layout.px_per_mm <= SCALE_BAR_LONGEST]
+    if not fitting or fitting[-1] * layout.px_per_mm < SCALE_BAR_SHORTEST:
+        return  # larger than any floor
+    length_mm = fitting[-1]
+    unit, unit_mm = next((unit, mm) for unit, mm in UNITS if length_mm >= mm)
+    label = f"{length_mm // unit_mm} {unit}"
+    group.append_title(label)
+    left, bottom = MARGIN / 2, layout.height - MARGIN / 2
+    right = round(left + length_mm * layout.px_per_mm, 2)
+    group.append(drawsvg.Path(f"M{left:g},{bottom - 5:g} V{bottom:g} H{right:g} V{bottom - 5:g}"))
+    size = LETTER_HEIGHT / 10
+    gap = LETTER_GAP
+    width = sum(LETTERS[letter][0] + gap for letter in label) - gap
+    x = (left + right - width * size) / 2
+    y = bottom - 8 - LETTER_HEIGHT
+    for letter in label:
+        advance, path = LETTERS[letter]
+        if path:
+            transform = f"translate({round(x, 2):g},{y:g}) scale({size:g})"
+            group.append(drawsvg.Path(path, transform=transform, stroke_width=1.3))
+        x += (advance + gap) * size
+
+
+def _draw_turtle(drawsvg: Any, group: Any) -> None:
+    """A turtle seen from above, looking up, its middle at 0, 0; about 40 pixels long."""
+    outline = {"stroke": "#ffffff", "stroke_width": 1.2, "stroke_linejoin": "round"}
+    group.append(drawsvg.Path("M-2.6,12 L0,20.5 L2.6,12 Z", fill=SKIN, **outline))
+    for x, y, tilt in ((-10, -8.5, -42), (10, -8.5, 42), (-9.5, 9.5, 38), (9.5, 9.5, -38)):
+        leg = f"translate({x:g},{y:g}) rotate({tilt:g})"
+        group.append(drawsvg.Ellipse(0, 0, 3.6, 6.2, fill=SKIN, transform=leg, **outline))
+    group.append(drawsvg.Ellipse(0, -17, 4.8, 6.2, fill=SKIN, **outline))
+    for x in (-2, 2):
+        group.append(drawsvg.Circle(x, -19.6, 1, fill=INK))
+    group.append(drawsvg.Ellipse(0, 0, 11, 13, fill=SHELL, **outline))
+    plates = "M0,-6.5 L5,-3.2 V3.2 L0,6.5 L-5,3.2 V-3.2 Z M0,-6.5 V-12 M5,-3.2 L9.2,-6 M5,3.2 L9.2,6"
+    plates += " M0,6.5 V12 M-5,3.2 L-9.2,6 M-5,-3.2 L-9.2,-6"
+    group.append(drawsvg.Path(plates, fill="none", stroke=SHELL_LINE, stroke_width=1.1))
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Replace the file at ``path`` in one step, through a temporary file beside it."""
+    target = Path(os.path.realpath(path))  # a symbolic link stays one
+    with suppress(FileNotFoundError):
+        mode = target.stat().st_mode
+        if not stat.S_ISREG(mode):  # a pipe or a device cannot be replaced; a folder fails here
+            target.write_bytes(data)
+            return
+    temporary = target.with_name(f".turtlewire-{secrets.token_hex(6)}")
+    try:
+        with temporary.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # some disks tell only now that they are full
+        temporary.replace(target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
