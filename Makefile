@@ -1,0 +1,95 @@
+# Everything is done in .venv, which is made when it is needed and made again when pyproject.toml changes.
+# `make demo` needs Python 3.11 or newer and nothing else; PYTHON=/path/to/python chooses one.
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-builtin-rules
+
+BIN := .venv/bin
+RUNTIME := .venv/.stamp-runtime
+DEV := .venv/.stamp-dev
+IS_RECENT := 'import sys; sys.exit(sys.version_info < (3, 11))'
+PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no-input
+PICTURES := $(patsubst examples/%.logo,docs/pictures/%.svg,$(wildcard examples/*.logo))
+
+ifeq ($(origin PYTHON),undefined)
+PYTHON := $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 python3.11,\
+            $(shell $(name) -c $(IS_RECENT) 2>/dev/null && echo $(name))) python3)
+endif
+
+.PHONY: help demo test check format nightly bench generate pictures clean
+
+help: ## say what can be made
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
+
+demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
+	@$(BIN)/turtlewire run examples/rose.logo --picture rose.svg --picture rose.png
+
+test: check ## check, see that generated files are current, and run the tests
+	@$(BIN)/python tools/generate.py --check
+	@$(BIN)/python -m pytest -q -m "not nightly"
+
+check: $(DEV) ## formatting, lint, types and the layering of the modules
+	@$(BIN)/ruff format --quiet --check . || { echo 'run `make format`' >&2; exit 1; }
+	@$(BIN)/ruff check --quiet .
+	@$(BIN)/mypy --no-error-summary
+	@$(BIN)/lint-imports --no-logo > .venv/lint-imports.log || { cat .venv/lint-imports.log; exit 1; }
+	@echo 'format, lint, types and layers: fine'
+
+format: $(DEV) ## format the Python code
+	@$(BIN)/ruff format --quiet .
+	@$(BIN)/ruff check --quiet --fix .
+
+nightly: $(DEV) ## the long tests
+	@$(BIN)/python -m pytest -q -m nightly
+
+bench: $(DEV) ## measure against the peers
+	@for benchmark in benchmarks/*.py; do $(BIN)/python "$$benchmark" || exit 1; done
+
+generate: $(DEV) ## make the files again that are made from the specification
+	@$(BIN)/python tools/generate.py
+
+pictures: $(PICTURES) ## draw every example into docs/pictures
+
+docs/pictures/%.svg: examples/%.logo $(RUNTIME)
+	@mkdir -p $(@D)
+	@$(BIN)/turtlewire run $< --picture $@
+
+clean: ## remove everything that can be made again
+	@rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage build dist
+	@rm -f rose.svg rose.png
+	@find src tests tools benchmarks -type d -name __pycache__ -prune -exec rm -rf {} +
+
+$(RUNTIME): pyproject.toml
+	@$(make_environment)
+	@$(PIP_INSTALL) --editable .
+	@touch $@
+
+$(DEV): pyproject.toml
+	@$(make_environment)
+	@$(PIP_INSTALL) --editable '.[dev]'
+	@touch $@ $(RUNTIME)
+
+# A working .venv is kept and only brought up to date. Debian keeps venv in a package of its own: installed
+# where nobody is there to be asked (CI) and it is allowed, otherwise named.
+define make_environment
+set -e; \
+if $(BIN)/python -c $(IS_RECENT) 2>/dev/null && $(BIN)/python -m pip --version >/dev/null 2>&1; then \
+  echo 'bringing the environment in .venv up to date' >&2; exit 0; \
+fi; \
+if ! $(PYTHON) -c $(IS_RECENT) 2>/dev/null; then \
+  echo 'turtlewire needs Python 3.11 or newer, and $(PYTHON) is not: install one,' \
+    'or name it: make PYTHON=/path/to/python3.11 ...' >&2; exit 1; \
+fi; \
+if ! $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
+  package='$(notdir $(PYTHON))-venv'; sudo=; [ "$$(id -u)" -eq 0 ] || sudo='sudo -n'; \
+  if [ -n "$$CI" ] && command -v apt-get >/dev/null && $$sudo true 2>/dev/null; then \
+    $$sudo apt-get update -qq && $$sudo apt-get install -qq --yes "$$package" >/dev/null; \
+  else \
+    echo "this Python cannot make virtual environments: install its venv module" \
+      "(on Debian and Ubuntu: sudo apt install $$package)" >&2; exit 1; \
+  fi; \
+fi; \
+echo 'making the environment in .venv' >&2; \
+$(PYTHON) -m venv --clear .venv
+endef
