@@ -34,8 +34,8 @@ class Message(msgspec.Struct, frozen=True):
 
     @classmethod
     def name(cls) -> str:
-        """The name in the text form: ``SetSpeed`` is ``set_speed``."""
-        return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
+        """The name in the text form: ``SetSpeed`` is ``set_speed``, ``XReply`` is ``x_reply``."""
+        return re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
 
     def values(self) -> tuple[int, ...]:
         """The fields' values in the order of the wire."""
@@ -53,9 +53,9 @@ class Message(msgspec.Struct, frozen=True):
         return self
 
     def __str__(self) -> str:
-        """The text form: the name, then each field as ``name=value``."""
-        fields = "".join(f" {field.name}={getattr(self, field.name)}" for field in self.FIELDS)
-        return self.name() + fields
+        """The text form: the name, then each field as ``name=value`` (a truth value as 0 or 1)."""
+        pairs = zip(self.FIELDS, self.values(), strict=True)
+        return self.name() + "".join(f" {field.name}={+value}" for field, value in pairs)
 
 
 def parse(text: str, types: tuple[type[Message], ...]) -> Message:
@@ -85,5 +85,5 @@ def parse(text: str, types: tuple[type[Message], ...]) -> Message:
         except ValueError:
             raise MessageError(f"{text!r}: {value!r} is not a whole number") from None
     if unset:
-        raise MessageError(f"{text!r}: {' and '.join(unset)} is missing")
+        raise MessageError(f"{text!r} lacks {' and '.join(unset)}")
     return message_type(**values).check()

@@ -10,6 +10,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple
 
+from turtlewire.protocols.message import KINDS
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
     LOGO_COMMANDS,
@@ -61,7 +62,8 @@ def encode(message: WalterMessage) -> bytes:
     message.check()
     data = message.LETTERS
     for field, value in zip(message.FIELDS, message.values(), strict=True):
-        data += value.to_bytes(2, "big", signed=field.low < 0) if field.high > 255 else bytes([value])
+        size, signed = KINDS[field.kind]
+        data += value.to_bytes(size, "big", signed=signed)
     return data if isinstance(message, DirectKey) else data + b"\r"
 
 
@@ -73,10 +75,7 @@ class _Form(NamedTuple):
 
 
 def _forms(types: tuple[type[WalterMessage], ...]) -> dict[bytes, _Form]:
-    return {
-        t.LETTERS: _Form(t, sum(2 if field.high > 255 or field.low < 0 else 1 for field in t.FIELDS))
-        for t in types
-    }
+    return {t.LETTERS: _Form(t, sum(KINDS[field.kind][0] for field in t.FIELDS)) for t in types}
 
 
 def _message(form: _Form, arguments: bytes) -> WalterMessage | None:
@@ -84,16 +83,11 @@ def _message(form: _Form, arguments: bytes) -> WalterMessage | None:
     values = []
     position = 0
     for field in form.message_type.FIELDS:
-        if field.kind == "bit":
-            # W4: the raw byte 00 or 01; ASCII 0 and 1 are read too.
-            value = {0x00: 0, 0x01: 1, 0x30: 0, 0x31: 1}.get(arguments[position], -1)
-            position += 1
-        elif field.kind == "u8":
-            value = arguments[position]
-            position += 1
-        else:
-            value = int.from_bytes(arguments[position : position + 2], "big", signed=field.low < 0)
-            position += 2
+        size, signed = KINDS[field.kind]
+        value = int.from_bytes(arguments[position : position + size], "big", signed=signed)
+        position += size
+        if field.kind == "bit" and value in (0x30, 0x31):  # W4: ASCII 0 and 1 are read too
+            value -= 0x30
         if not field.low <= value <= field.high:
             return None
         values.append(value)
