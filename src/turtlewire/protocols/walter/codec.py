@@ -8,6 +8,7 @@ items for every chunking, and keeps at most ``MAX_RAW`` bytes.
 from __future__ import annotations
 
 from enum import Enum
+from functools import cache
 from typing import NamedTuple
 
 from turtlewire.protocols.message import KINDS
@@ -74,8 +75,21 @@ class _Form(NamedTuple):
     size: int
 
 
-def _forms(types: tuple[type[WalterMessage], ...]) -> dict[bytes, _Form]:
-    return {t.LETTERS: _Form(t, sum(KINDS[field.kind][0] for field in t.FIELDS)) for t in types}
+class _Tables(NamedTuple):
+    """What a decoder of some message types looks up."""
+
+    forms: dict[Mode, dict[bytes, _Form]]
+    prefixes: frozenset[bytes]  # all beginnings of letters after which another letter must come
+
+
+@cache
+def _tables(types: tuple[type[WalterMessage], ...]) -> _Tables:
+    forms: dict[Mode, dict[bytes, _Form]] = {Mode.LOGO: {}, Mode.DIRECT: {}}
+    for t in types:
+        mode = Mode.DIRECT if issubclass(t, DirectKey) else Mode.LOGO
+        forms[mode][t.LETTERS] = _Form(t, sum(KINDS[field.kind][0] for field in t.FIELDS))
+    lines = forms[Mode.LOGO]
+    return _Tables(forms, frozenset(letters[:n] for letters in lines for n in range(len(letters))))
 
 
 def _message(form: _Form, arguments: bytes) -> WalterMessage | None:
@@ -99,11 +113,7 @@ class _LineDecoder:
 
     def __init__(self, types: tuple[type[WalterMessage], ...], mode: Mode) -> None:
         self.mode = mode
-        lines = _forms(tuple(t for t in types if not issubclass(t, DirectKey)))
-        keys = _forms(tuple(t for t in types if issubclass(t, DirectKey)))
-        self._forms = {Mode.LOGO: lines, Mode.DIRECT: keys}
-        # All beginnings of letters after which another letter must come.
-        self._prefixes = {letters[:n] for letters in lines for n in range(len(letters))}
+        self._forms, self._prefixes = _tables(types)
         self._offset = 0
         self.reset()
 
