@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from turtlewire.simulator.chassis import Chassis, Travel, Wheels, chords, drive
 from turtlewire.simulator.world import TOUCH_MM, Contact, World
+from turtlewire.trace import Trace
 from turtlewire.turtle import direction
 
 if TYPE_CHECKING:
-    from turtlewire.trace import Trace
     from turtlewire.turtle import Pose
 
 # How far a drawn arc may be from the true one.
@@ -108,11 +108,15 @@ class Motion:
             trace.move(pose, pen_down=pen_down)
         self._drawn = progress
 
-    def draw_rest(self, trace: Trace, progress: float, *, pen_down: bool) -> None:
-        """As ``draw``, for a copy of the trace: this motion remembers nothing of it."""
+    def drawn(self, trace: Trace, progress: float, *, pen_down: bool) -> Trace:
+        """A copy of a trace with what ``draw`` would add: neither the trace nor this motion remembers it."""
+        copy = Trace(trace.start)
+        copy.pose = trace.pose
+        copy.strokes = [*trace.strokes[:-1], *(s._replace(points=[*s.points]) for s in trace.strokes[-1:])]
         drawn = self._drawn
-        self.draw(trace, progress, pen_down=pen_down)
+        self.draw(copy, progress, pen_down=pen_down)
         self._drawn = drawn
+        return copy
 
     def _ways(self, start: float, end: float, tolerance_mm: float) -> list[Pose]:
         """The ends of the chords of the true way between two progresses."""

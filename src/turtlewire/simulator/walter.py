@@ -18,7 +18,7 @@ from turtlewire.simulator.line import Line
 from turtlewire.simulator.motion import Motion
 from turtlewire.simulator.settings import FULL_SPEED, Action, Settings, Statistics
 from turtlewire.simulator.walter_commands import Step, motions, reply, sensor
-from turtlewire.trace import Stroke, Trace
+from turtlewire.trace import Trace
 from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
@@ -141,14 +141,7 @@ class SimulatedWalter:
         """What the pen has truly drawn on the ground up to now; a trace of its own while the robot moves."""
         if not self._motion:
             return self._trace
-        trace = Trace(self._trace.start)
-        trace.pose = self._trace.pose
-        trace.strokes = list(self._trace.strokes)
-        if trace.strokes:
-            last = trace.strokes[-1]
-            trace.strokes[-1] = Stroke(last.pen_down, list(last.points))
-        self._motion.draw_rest(trace, self._motion.progress(self.now), pen_down=self.pen_is_down)
-        return trace
+        return self._motion.drawn(self._trace, self._motion.progress(self.now), pen_down=self.pen_is_down)
 
     def clear_trace(self) -> None:
         """A new sheet: forget what has been drawn up to now."""
