@@ -1,4 +1,4 @@
-"""A robot on two wheels: what they turn, what of it arrives on the ground, and where that leads.
+"""A round robot on two wheels: what they turn, what of it arrives on the ground, and where that leads.
 
 Wheel travel is in millimetres, positive ahead. The left wheel going further turns the robot clockwise.
 """
@@ -66,9 +66,10 @@ def chords(wheels: Wheels, track_mm: float, tolerance_mm: float) -> int:
 
 
 class Chassis:
-    """Two wheels, their track, and their imperfections; the same seed gives the same imperfections.
+    """A disc on two wheels, and their imperfections; the same seed gives the same imperfections.
 
     Args:
+        radius_mm: of the disc.
         track_mm: the distance between the wheels.
         slip: each wheel loses, in each motion, between none and this fraction of its travel on the ground.
         noise_mm: the standard deviation of a wheel's own travel after one metre. It grows with the square root of
@@ -76,7 +77,10 @@ class Chassis:
         seed: of the random numbers.
     """
 
-    def __init__(self, track_mm: float, slip: float = 0.0, noise_mm: float = 0.0, seed: int = 0) -> None:
+    def __init__(
+        self, radius_mm: float, track_mm: float, slip: float = 0.0, noise_mm: float = 0.0, seed: int = 0
+    ) -> None:
+        self.radius_mm = radius_mm
         self.track_mm = track_mm
         self.slip = slip
         self.noise_mm = noise_mm

@@ -27,9 +27,8 @@ class Motion:
     asked for: all follows from the start, the rate and the time of its last change.
 
     Args:
-        chassis: whose wheels; how they fail is drawn here, once.
+        chassis: what moves; how they fail is drawn here, once.
         world: the walls in the way.
-        radius_mm: the robot is a disc of this size.
         true: the pose on the ground at the start.
         odometer: the pose that the wheels have measured.
         turning: on the spot (amounts are degrees, clockwise), or straight (millimetres, ahead).
@@ -48,7 +47,6 @@ class Motion:
         self,
         chassis: Chassis,
         world: World,
-        radius_mm: float,
         true: Pose,
         odometer: Pose,
         *,
@@ -70,7 +68,7 @@ class Motion:
             whole = chassis.travel(unit.times(self.length))
             self._per_unit = Travel(*(wheels.times(1.0 / self.length) for wheels in whole))
         self.stop_at = self.length
-        self.contact = self._find_contact(world, radius_mm) if world.walls else None
+        self.contact = self._find_contact(world, chassis.radius_mm) if world.walls else None
         self._done = 0.0
         self._since = 0.0
         self.rate = 0.0

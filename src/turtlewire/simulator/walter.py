@@ -51,7 +51,9 @@ class SimulatedWalter:
         self.lamp = False
         self.pen_is_down = settings.pen_down
         self._end = Robot(settings.mode, settings.groups)
-        self._chassis = Chassis(settings.track_mm, settings.slip, settings.noise, settings.seed)
+        self._chassis = Chassis(
+            settings.radius_mm, settings.track_mm, settings.slip, settings.noise, settings.seed
+        )
         self._from_host = Line(settings.baud)
         self._to_host = Line(settings.baud)
         self._true = settings.start or settings.world.start
@@ -226,16 +228,8 @@ class SimulatedWalter:
     # Motion
 
     def _start(self, turning: bool, amount: float) -> None:
-        settings = self.settings
-        motion = Motion(
-            self._chassis,
-            settings.world,
-            settings.radius_mm,
-            self._true,
-            self._odometer,
-            turning=turning,
-            amount=amount,
-        )
+        world = self.settings.world
+        motion = Motion(self._chassis, world, self._true, self._odometer, turning=turning, amount=amount)
         if motion.contact is not None and motion.is_refused:
             self._refused += 1
             self._tell_of("refused")
