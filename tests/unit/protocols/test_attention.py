@@ -7,8 +7,8 @@ reset, so that no state is missed by the first. The numbers of cases are compute
 
 from __future__ import annotations
 
-import copy
 from collections import deque
+from functools import cache
 from itertools import combinations, product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -88,7 +88,8 @@ def is_moving(actions: Iterable[WalterMessage], before: bool) -> bool:
 
 def twin(decoder: CommandDecoder) -> CommandDecoder:
     """Another decoder in the same state."""
-    other = copy.copy(decoder)
+    other = object.__new__(CommandDecoder)
+    vars(other).update(vars(decoder))
     other._raw = bytearray(decoder._raw)
     return other
 
@@ -272,6 +273,7 @@ def state_of(decoder: CommandDecoder) -> State:
 TELLING = frozenset(SMALL + b"\x01\xff")
 
 
+@cache
 def reachable(groups: frozenset[str]) -> dict[State, bytes]:
     """Every state that bytes can lead to from either power-on mode, and the shortest bytes that lead there.
 
