@@ -75,6 +75,10 @@ class PoseUncertainError(RobotError):
     """Where the robot is, is no longer known: moves or answers were lost on the way (W15)."""
 
 
+class StoppedError(RobotError):
+    """The robot was stopped, from elsewhere, while this waited: the motion it waited for is abandoned."""
+
+
 class LimitReachedError(RobotError):
     """A limit sensor stopped the robot (W13).
 

@@ -54,6 +54,32 @@ def direction(heading_deg: float) -> tuple[float, float]:
     return math.sin(radians), math.cos(radians)
 
 
+def wrapped(angle_deg: float) -> float:
+    """The same direction as -180 < angle <= 180."""
+    angle = angle_deg % 360.0
+    return angle - 360.0 if angle > 180.0 else angle
+
+
+def arc_polygon(angle_deg: float, radius_mm: float) -> tuple[int, float, float]:
+    """What an arc is drawn as: the number of sides, the length of one, and the turn from one to the next.
+
+    The sides leave the circle by at most ``ARC_SAGITTA_MM``; the turn has the sign of the angle.
+    """
+    radius = abs(radius_mm)
+    if not radius or not angle_deg:
+        return 0, 0.0, 0.0
+    sweep = max(-360.0, min(360.0, angle_deg))
+    finest = 2.0 * math.degrees(math.acos(max(0.5, 1.0 - ARC_SAGITTA_MM / radius)))
+    sides = math.ceil(abs(sweep) / finest)
+    turn = sweep / sides
+    return sides, 2.0 * radius * math.sin(math.radians(abs(turn) / 2.0)), turn
+
+
+def arc_tangent(angle_deg: float, radius_mm: float) -> float:
+    """The turn from the radius to the direction in which the arc is drawn: 90 degrees, to its side."""
+    return math.copysign(90.0, angle_deg * radius_mm)
+
+
 class Turtle(ABC):
     """A turtle with a pen, as Logo knows it.
 
@@ -125,25 +151,22 @@ class Turtle(ABC):
 
         The turtle ends where it was, with its heading and pen as they were.
         """
-        if not radius_mm or not angle_deg:
-            return
-        radius = abs(radius_mm)
-        sweep = max(-360.0, min(360.0, angle_deg))
+        sides, chord_mm, turn_deg = arc_polygon(angle_deg, radius_mm)
         start, was_down = self.pose, self.is_pen_down
-        step = 2.0 * math.degrees(math.acos(max(0.5, 1.0 - ARC_SAGITTA_MM / radius)))
-        sides = max(1, math.ceil(abs(sweep) / step))
-        first = 180.0 if radius_mm < 0 else 0.0
-        self.pen_up()
-        for i in range(sides + 1):
-            point = start.turned(first + sweep * i / sides).moved(radius)
-            self.set_position(point.x_mm, point.y_mm)
-            if i == 0 and was_down:
+        if sides:
+            self.pen_up()
+            self.forward(radius_mm)
+            self.right(arc_tangent(angle_deg, radius_mm) + turn_deg / 2)
+            if was_down:
                 self.pen_down()
-        self.pen_up()
-        self.set_position(start.x_mm, start.y_mm)
-        self.set_heading(start.heading_deg)
-        if was_down:
-            self.pen_down()
+            for _ in range(sides):
+                self.forward(chord_mm)
+                self.right(turn_deg)
+            self.pen_up()
+            self.set_position(start.x_mm, start.y_mm)
+            self.set_heading(start.heading_deg)
+            if was_down:
+                self.pen_down()
 
     @abstractmethod
     def clean(self) -> None:

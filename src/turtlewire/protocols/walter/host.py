@@ -105,6 +105,8 @@ class Host:
     Attributes:
         answers: whether the robot answers queries. While False, commands are paced by their duration.
         mode: what the robot takes bytes for, as far as the host has told it; None before the first attention.
+        interrupted: the tag of the first command that an attention or stop found unconfirmed, and (for a robot that is
+            paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
         malformed: ill-formed replies; unexpected: replies to nothing that was asked. Both are ignored.
     """
 
@@ -133,6 +135,7 @@ class Host:
         self._last_sent = -math.inf
         self._last_received = -math.inf
         self.answers = True
+        self.interrupted: tuple[object, float] | None = None
         self.mode: Mode | None = None
         self.commands_sent = 0
         self.fences_sent = 0
@@ -161,19 +164,23 @@ class Host:
         if isinstance(key, SelectLogo):
             self.mode = Mode.LOGO
 
-    def attention(self) -> None:
+    def attention(self, now: float) -> None:
         """W7: from any state to: stopped, nothing queued, Logo control."""
-        self._forget()
+        self._forget(now)
         self._urgent = ATTENTION
         self.mode = Mode.LOGO
 
-    def emergency_stop(self) -> None:
+    def emergency_stop(self, now: float) -> None:
         """W8: from any state to: stopped, direct control. Goes out before anything else."""
-        self._forget()
+        self._forget(now)
         self._urgent = EMERGENCY_STOP
         self.mode = Mode.DIRECT
 
-    def _forget(self) -> None:
+    def _forget(self, now: float) -> None:
+        if self._flights:
+            first = self._flights[0]
+            left = max(0.0, self._busy_until - now)
+            self.interrupted = (first.tag, 1.0 - min(1.0, left / first.takes_s))
         self._queue.clear()
         self._flights.clear()
         self._unfenced = self._since_fence = self._probes = 0
@@ -304,7 +311,7 @@ class Host:
     def _received(self, message: RobotMessage, now: float) -> list[Event]:
         for sensor, limit_type in LIMITS.items():
             if isinstance(message, limit_type):
-                self.emergency_stop()
+                self.emergency_stop(now)
                 return [Limit(sensor)]
         index = self._asked(message)
         if index is None:
@@ -357,7 +364,7 @@ class Host:
         if now < self._answer_due:
             return []
         if self._probes:
-            self._forget()
+            self._forget(now)
             return [Silent()]
         self._probes += 1
         self._probe_wanted = True

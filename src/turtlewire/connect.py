@@ -1,0 +1,113 @@
+"""``connect(url)``: brings links, robots and the simulator together."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+from urllib.parse import parse_qsl, urlsplit
+
+from turtlewire.errors import UsageError
+from turtlewire.robots.runner import InlineRunner, Runner, ThreadRunner
+from turtlewire.robots.walter import AsyncWalter, Settings, Walter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from turtlewire.simulator.walter import SimulatedWalter
+
+SIM_OPTIONS = "seed, slip, noise, arena, basic, groups, baud, boot_s, watchdog_s, pen_s, speed"
+
+
+def is_simulated(url: str) -> bool:
+    """Whether a URL means a simulated robot in this process, in virtual time."""
+    return url.startswith("sim:")
+
+
+def connect(
+    url: str = "sim:walter",
+    settings: Settings | None = None,
+    *,
+    notify: Callable[[str], None] | None = None,
+    announce: Callable[[str], None] = print,
+) -> Walter:
+    """Connect to a robot.
+
+    Args:
+        url: ``sim:walter`` for a simulated robot in this process, in virtual time, with options as in
+            ``sim:walter?slip=0.02&seed=3&arena=maze.toml&basic=1``; or a port: ``/dev/ttyUSB0``, ``COM3``,
+            ``serial:///dev/ttyUSB0?baud=9600``, ``socket://host:port``, ``pty``.
+        settings: how to drive the robot.
+        notify: told what people should know and what is no error; by default the log ``turtlewire`` warns of it.
+        announce: for ``pty``, told the path that the robot is to be at.
+
+    Returns a ``Walter``, to be used in a ``with`` statement: the robot is at home, stopped, with its pen down.
+
+    Raises ``UsageError`` (the URL or a setting means nothing), ``LinkError`` (no such port, port in use) or
+    ``NoReplyError``.
+    """
+    runner: Runner = InlineRunner() if is_simulated(url) else ThreadRunner()
+    try:
+        robot = runner.run(connect_async(url, settings, notify=notify, announce=announce))
+    except BaseException:
+        runner.close()
+        raise
+    return Walter(robot, runner)
+
+
+async def connect_async(
+    url: str = "sim:walter",
+    settings: Settings | None = None,
+    *,
+    notify: Callable[[str], None] | None = None,
+    announce: Callable[[str], None] = print,
+) -> AsyncWalter:
+    """``connect`` for asynchronous programs: ``async with await turtlewire.connect_async(url) as robot``."""
+    settings = settings or Settings()
+    notify = notify or logging.getLogger("turtlewire").warning
+    if is_simulated(url):
+        from turtlewire.links.memory import MemoryLink
+
+        end = simulated(url)
+        settings = settings._replace(baud=end.settings.baud or settings.baud)
+        robot = AsyncWalter(MemoryLink(end, url), settings, notify, paper=end)
+    else:
+        from turtlewire.links.stream import open_port
+
+        link = await open_port(url, baud=settings.baud, announce=announce)
+        robot = AsyncWalter(link, settings, notify)
+    await robot.connect()
+    return robot
+
+
+def simulated(url: str) -> SimulatedWalter:
+    """The simulated robot that a ``sim:`` URL describes. Raises ``UsageError`` or, for its arena, ``DataError``."""
+    from turtlewire.simulator.walter import Settings as SimulatorSettings
+    from turtlewire.simulator.walter import SimulatedWalter
+
+    parts = urlsplit(url)
+    if parts.path != "walter":
+        raise UsageError(f"{url!r}: there is no simulated robot {parts.path!r}; there is sim:walter")
+    options: dict[str, Any] = {}
+    for name, value in parse_qsl(parts.query, keep_blank_values=True):
+        options |= _option(url, name, value)
+    return SimulatedWalter(SimulatorSettings(**options))
+
+
+def _option(url: str, name: str, value: str) -> dict[str, Any]:
+    try:
+        if name in ("seed", "baud", "speed"):
+            return {name: int(value)}
+        if name in ("slip", "noise", "boot_s", "watchdog_s", "pen_s"):
+            return {name: float(value)}
+    except ValueError:
+        raise UsageError(f"{url!r}: {name} is {value!r}, but must be a number") from None
+    if name == "groups":
+        return {"groups": frozenset(value.upper())}
+    if name == "basic":
+        return {"groups": frozenset()} if value not in ("0", "no", "false") else {}
+    if name == "arena":
+        from turtlewire.simulator.world import load_arena
+
+        return {"world": load_arena(value)}
+    raise UsageError(f"{url!r}: unknown option {name!r}; a simulated robot has {SIM_OPTIONS}")

@@ -1,0 +1,48 @@
+"""What every link to a robot is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+
+class Link(ABC):
+    """A way to carry bytes to and from one robot, opened exclusively, with a clock.
+
+    Attributes:
+        url: what it was opened by, for messages to people.
+        in_background: whether time passes by itself, and bytes come in while nobody asks (a real port). Where it does
+            not (a simulated robot in virtual time), ``read`` is what lets time pass, and it never suspends.
+    """
+
+    url: str
+    in_background: bool
+
+    @abstractmethod
+    def now(self) -> float:
+        """Seconds on this link's clock: monotonic, from any origin."""
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Hand over bytes to send. Never blocks. Raises ``LinkClosedError`` when the link has ended."""
+
+    @abstractmethod
+    def write_urgent(self, data: bytes) -> None:
+        """Send bytes ahead of everything that has not left this computer: that is thrown away.
+
+        Raises ``LinkClosedError`` when the link has ended.
+        """
+
+    @abstractmethod
+    async def read(self, until: float) -> bytes:
+        """Wait for bytes from the robot, for ``wake``, or until a time; ``b""`` when none came.
+
+        Raises ``LinkClosedError`` when the link has ended and all that came has been read.
+        """
+
+    @abstractmethod
+    def wake(self) -> None:
+        """End a ``read`` that waits: there is something new to send, or an earlier time to wait for."""
+
+    @abstractmethod
+    async def close(self) -> None:
+        """Send what has been handed over, as far as that takes no longer than a second, and let go of the port."""

@@ -1,0 +1,65 @@
+"""A link to a robot in this very process, in virtual time: nothing ever waits."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from turtlewire.errors import LinkClosedError
+from turtlewire.links.link import Link
+
+
+class VirtualEnd(Protocol):
+    """The far end of the wire, with the clock that both ends live by. A simulated robot is one."""
+
+    now: float
+
+    def write(self, data: bytes) -> None:
+        """The host puts bytes on the line now."""
+
+    def discard_output(self) -> None:
+        """The host takes back its bytes that have not begun to go out."""
+
+    def read(self, until: float) -> bytes:
+        """Let time pass until something has arrived for the host, or until a time."""
+
+
+class MemoryLink(Link):
+    """A link to a ``VirtualEnd``."""
+
+    in_background = False
+
+    def __init__(self, end: VirtualEnd, url: str = "memory:") -> None:
+        self.url = url
+        self._end = end
+        self._closed = False
+
+    def now(self) -> float:
+        """Seconds of the robot's time."""
+        return self._end.now
+
+    def write(self, data: bytes) -> None:
+        """Put bytes on the line."""
+        self._check()
+        self._end.write(data)
+
+    def write_urgent(self, data: bytes) -> None:
+        """Take back what has not gone out, and put these bytes on the line."""
+        self._check()
+        self._end.discard_output()
+        self._end.write(data)
+
+    async def read(self, until: float) -> bytes:
+        """Let the robot's time pass."""
+        self._check()
+        return self._end.read(until)
+
+    def wake(self) -> None:
+        """Nothing waits here."""
+
+    async def close(self) -> None:
+        """Let go of the robot."""
+        self._closed = True
+
+    def _check(self) -> None:
+        if self._closed:
+            raise LinkClosedError(f"the link to {self.url} is closed")

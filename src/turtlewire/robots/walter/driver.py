@@ -1,0 +1,415 @@
+"""WALTER as a turtle: the Logo vocabulary by the commands that this robot has (W9..W12)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Protocol
+
+from turtlewire.errors import MessageError, NotSupportedError, UsageError
+from turtlewire.protocols.walter.codec import encode
+from turtlewire.protocols.walter.messages import (
+    GoHome,
+    GoTo,
+    GoToX,
+    GoToY,
+    HornHigh,
+    HornLow,
+    HornOff,
+    LampOff,
+    LampOn,
+    LogoCommand,
+    RobotMessage,
+    SetSpeed,
+    TurnTo,
+)
+from turtlewire.robots.walter.connection import TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM, Connection
+from turtlewire.robots.walter.settings import DEFAULTS, Settings, Statistics
+from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+    from typing import Self
+
+    from turtlewire.links.link import Link
+    from turtlewire.trace import Trace
+
+HORNS: dict[str, type[LogoCommand]] = dict(zip(TONES, (HornOff, HornLow, HornHigh), strict=True))
+
+
+class Paper(Protocol):
+    """The ground that a robot draws on."""
+
+    @property
+    def trace(self) -> Trace:
+        """What is drawn there now."""
+
+    def clear_trace(self) -> None:
+        """Put a new sheet there."""
+
+
+class AsyncWalter:
+    """A WALTER, driven asynchronously. ``turtlewire.connect_async`` makes one; it is an async context manager.
+
+    The methods are those of ``turtlewire.turtle.Turtle``, which says what they do. Each may raise ``LinkError`` when
+    the link ends, ``NoReplyError`` or ``PoseUncertainError`` when the robot falls silent, ``LimitReachedError`` when a
+    limit sensor trips, and ``StoppedError`` when ``stop`` is called meanwhile.
+
+    Args:
+        link: to the robot; the driver owns it from here on.
+        settings: how to drive it.
+        notify: told, in a sentence for people, what they should know and what is no error.
+        paper: what the robot draws on, where that can be seen (a simulated robot); None: it is reckoned.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        settings: Settings = DEFAULTS,
+        notify: Callable[[str], None] = lambda _: None,
+        paper: Paper | None = None,
+    ) -> None:
+        if not 1 <= settings.speed <= 255:
+            raise UsageError(f"speed is {settings.speed}, but must be from 1 to 255")
+        self._wire = Connection(link, settings, notify)
+        self._paper = paper
+        self._step_by_step = False
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        await self.close(finish=kind is None)
+
+    async def connect(self) -> None:
+        """Get the robot's attention (W7), learn what it can (W10), and take its place as home.
+
+        Raises ``NoReplyError`` if it answers rubbish, or nothing while ``require_replies`` is set.
+        """
+        await self._wire.connect()
+
+    async def close(self, *, finish: bool = True) -> None:
+        """Stop the robot and let go of it: after the motion is done, or with ``finish=False`` at once."""
+        try:
+            if finish and not self._wire.closed:
+                await self.finish()
+        finally:
+            await self._wire.close()
+
+    # ------------------------------------------------------------------ what is known
+
+    @property
+    def pose(self) -> Pose:
+        """Where the exact turtle is."""
+        return self._wire.position.exact
+
+    @property
+    def is_pen_down(self) -> bool:
+        """Whether the pen is down."""
+        return self._wire.pen_down
+
+    @property
+    def groups(self) -> frozenset[str]:
+        """The capability groups (C, Q, H, E) that the robot has, as far as is known (W10)."""
+        return self._wire.groups
+
+    @property
+    def trace(self) -> Trace:
+        """What the robot drew, where that can be seen; else the way that it is known to have gone.
+
+        What was sent and is not confirmed yet is not in the latter.
+        """
+        return self._wire.trace if self._paper is None else self._paper.trace
+
+    @property
+    def statistics(self) -> Statistics:
+        """Figures of this connection."""
+        wire, host = self._wire, self._wire.host
+        return Statistics(
+            commands=host.commands_sent,
+            bytes_sent=wire.session.bytes_sent,
+            bytes_received=wire.session.bytes_received,
+            distance_mm=wire.distance_mm,
+            fences=host.fences_sent,
+            fences_lost=host.fences_lost,
+            corrections=wire.corrections,
+            malformed_replies=host.malformed,
+            unexpected_replies=host.unexpected,
+            seconds=wire.link.now() - wire.started,
+        )
+
+    def towards(self, x_mm: float, y_mm: float) -> float:
+        """The heading that looks at a point."""
+        return self.pose.bearing_to(x_mm, y_mm)
+
+    async def reported_pose(self) -> Pose:
+        """Where the robot itself says it is, when every motion is done.
+
+        Raises ``NotSupportedError`` for a robot without group Q.
+        """
+        await self._wire.ready()
+        self._need("Q", "answers no queries")
+        return await self._wire.reported_pose()
+
+    async def ask(self, query: LogoCommand) -> RobotMessage:
+        """Send any query of the protocol; its answer. Raises ``NotSupportedError`` without group Q."""
+        await self._wire.ready()
+        self._need("Q", "answers no queries")
+        return await self._wire.ask(query)
+
+    # ------------------------------------------------------------------ motion
+
+    async def forward(self, distance_mm: float) -> None:
+        """Drive straight ahead; backwards when negative."""
+        _check("distance_mm", distance_mm)
+        await self._wire.ready()
+        self._wire.drive(self._wire.position.move(distance_mm))
+        await self._accepted()
+
+    async def back(self, distance_mm: float) -> None:
+        """Drive straight backwards; ahead when negative."""
+        await self.forward(-distance_mm)
+
+    async def right(self, angle_deg: float) -> None:
+        """Turn clockwise on the spot; counter-clockwise when negative."""
+        _check("angle_deg", angle_deg)
+        await self._wire.ready()
+        self._wire.drive(self._wire.position.turn(angle_deg))
+        await self._accepted()
+
+    async def left(self, angle_deg: float) -> None:
+        """Turn counter-clockwise on the spot; clockwise when negative."""
+        await self.right(-angle_deg)
+
+    async def set_position(self, x_mm: float, y_mm: float) -> None:
+        """Go straight to a point and keep the heading."""
+        _check("x_mm", x_mm)
+        _check("y_mm", y_mm)
+        await self._wire.ready()
+        position, frame = self._wire.position, self._wire.frame
+        here = frame.to_robot(position.robot)
+        there = frame.to_robot(Pose(x_mm, y_mm, position.robot.heading_deg))
+        x, y = round(there.x_mm / UNIT_MM), round(there.y_mm / UNIT_MM)
+        if here.y_mm == y * UNIT_MM:
+            command: LogoCommand = GoToX(x)
+        elif here.x_mm == x * UNIT_MM:
+            command = GoToY(y)
+        else:
+            command = GoTo(x, y)
+        arrived = frame.from_robot(Pose(x * UNIT_MM, y * UNIT_MM, here.heading_deg))
+        if arrived.distance_to(*position.robot[:2]) >= UNIT_MM and await self._sent_c([command], arrived):
+            position.exact = Pose(x_mm, y_mm, position.exact.heading_deg)
+        else:
+            self._wire.drive(position.go_to(x_mm, y_mm))
+        await self._accepted()
+
+    async def set_x(self, x_mm: float) -> None:
+        """Go to an x coordinate, along a line parallel to the x axis."""
+        await self.set_position(x_mm, self.pose.y_mm)
+
+    async def set_y(self, y_mm: float) -> None:
+        """Go to a y coordinate, along a line parallel to the y axis."""
+        await self.set_position(self.pose.x_mm, y_mm)
+
+    async def set_heading(self, heading_deg: float) -> None:
+        """Turn, the shorter way, to an absolute heading."""
+        _check("heading_deg", heading_deg)
+        await self._wire.ready()
+        position = self._wire.position
+        before = position.robot
+        steps = position.set_heading(heading_deg)
+        if steps:
+            after, position.robot = position.robot, before
+            if not await self._sent_c([self._turn_to(after)], after):
+                steps = position.align()
+                self._wire.drive(steps)
+        await self._accepted()
+
+    def _turn_to(self, pose: Pose) -> TurnTo:
+        return TurnTo(round(self._wire.frame.to_robot(pose).heading_deg) % 360)
+
+    async def home(self) -> None:
+        """Go to the origin and look up."""
+        await self._wire.ready()
+        position, origin = self._wire.position, self._wire.frame.origin
+        # C 0 goes to the robot's own origin, and promises no heading (W10).
+        is_own = (origin.x_mm, origin.y_mm) == (0.0, 0.0)
+        is_away = position.robot.distance_to(0.0, 0.0) >= UNIT_MM
+        if is_own and is_away and await self._sent_c([GoHome(), self._turn_to(HOME)], HOME):
+            position.exact = HOME
+            await self._accepted()
+        else:
+            await self.set_position(0.0, 0.0)
+            await self.set_heading(0.0)
+
+    async def arc(self, angle_deg: float, radius_mm: float) -> None:
+        """Draw a part of a circle around the turtle, starting at its heading; it ends where it was."""
+        _check("angle_deg", angle_deg)
+        _check("radius_mm", radius_mm)
+        sides, chord_mm, turn_deg = arc_polygon(angle_deg, radius_mm)
+        start, was_down = self.pose, self.is_pen_down
+        if not sides:
+            return
+        await self.pen_up()
+        await self.forward(radius_mm)
+        await self.right(arc_tangent(angle_deg, radius_mm) + turn_deg / 2)
+        if was_down:
+            await self.pen_down()
+        for _ in range(sides):
+            await self.forward(chord_mm)
+            await self.right(turn_deg)
+        await self.pen_up()
+        await self.set_position(start.x_mm, start.y_mm)
+        await self.set_heading(start.heading_deg)
+        if was_down:
+            await self.pen_down()
+
+    # ------------------------------------------------------------------ pen, screen, speed, horn, lamp
+
+    async def pen_up(self) -> None:
+        """Lift the pen."""
+        await self._pen(down=False)
+
+    async def pen_down(self) -> None:
+        """Lower the pen."""
+        await self._pen(down=True)
+
+    async def _pen(self, *, down: bool) -> None:
+        await self._wire.ready()
+        self._wire.set_pen(down=down)
+        await self._accepted()
+
+    async def clean(self) -> None:
+        """Start a new sheet: forget the trace, when every motion is done."""
+        await self.finish()
+        self._wire.trace.clear()
+        if self._paper is not None:
+            self._paper.clear_trace()
+
+    async def clear_screen(self) -> None:
+        """``clean``, with the turtle home; it drives there with its pen up."""
+        was_down = self.is_pen_down
+        if self.pose != HOME:
+            await self.pen_up()
+            await self.home()
+            if was_down:
+                await self.pen_down()
+        await self.clean()
+
+    async def set_speed(self, speed: int) -> None:
+        """Set the speed of moves and turns, 1..255."""
+        if not 1 <= speed <= 255:
+            raise MessageError(
+                f"speed is {speed}, but must be from 1 to 255: at 0 the robot would never arrive"
+            )
+        await self._wire.ready()
+        self._wire.speed = speed
+        self._wire.submit(SetSpeed(speed), 0.0)
+        await self._accepted()
+
+    async def horn(self, tone: str) -> None:
+        """Sound the horn: off, low or high."""
+        if tone not in HORNS:
+            raise MessageError(f"there is no horn tone {tone!r}: the tones are {', '.join(TONES)}")
+        await self._wire.ready()
+        self._need("H", "has no horn")
+        self._wire.submit(HORNS[tone](), 0.0)
+        await self._accepted()
+
+    async def lamp(self, on: bool) -> None:
+        """Switch the lamp."""
+        await self._wire.ready()
+        self._need("E", "has no lamp")
+        self._wire.submit(LampOn() if on else LampOff(), 0.0)
+        await self._accepted()
+
+    # ------------------------------------------------------------------ time
+
+    async def wait(self, seconds: float) -> None:
+        """Let the motion end, then let this much of the robot's time pass."""
+        _check("seconds", seconds)
+        await self.finish()
+        await self._wire.until(lambda: False, self._wire.link.now() + max(0.0, seconds))
+
+    async def finish(self) -> None:
+        """Wait until every motion is done, and the robot looks where the turtle looks."""
+        await self._wire.ready()
+        self._wire.drive(self._wire.position.align())
+        await self._wire.finish()
+
+    async def stop(self) -> None:
+        """Stop at once, ahead of everything, and forget every motion not yet done (W8).
+
+        Afterwards the turtle is where the robot stopped; the next command moves on from there.
+        """
+        self._wire.stop()
+
+    async def set_step_by_step(self, on: bool) -> None:
+        """Whether each motion ends before its method returns."""
+        self._step_by_step = on
+
+    async def _accepted(self) -> None:
+        if self._step_by_step:
+            await self._wire.finish()
+        else:
+            await self._wire.until(lambda: self._wire.host.unsent == 0)
+
+    # ------------------------------------------------------------------ capability groups (W10)
+
+    def _need(self, group: str, lack: str) -> None:
+        if group not in self._wire.groups:
+            raise NotSupportedError(f"the robot at {self._wire.link.url} {lack}")
+
+    def _can_send(self, command: LogoCommand) -> bool:
+        """Whether an absolute move may go over the wire; if not, the host makes it of turns and moves."""
+        if "C" not in self._wire.groups:
+            return False
+        if any(
+            not field.low <= value <= field.high
+            for field, value in zip(command.FIELDS, command.values(), strict=True)
+        ):
+            return False  # W5
+        arguments = encode(command)[len(command.LETTERS) : -1]
+        return not self._wire.settings.gentle or not set(arguments) & {0x0D, 0x0A}  # W8
+
+    async def _sent_c(self, commands: list[LogoCommand], arrived: Pose) -> bool:
+        """Have an absolute move sent that ends at a pose; False if the robot or the wire has no such command.
+
+        Whether the robot has group C shows in the pose after a first C move (W10).
+        """
+        wire = self._wire
+        if not all(self._can_send(command) for command in commands):
+            return False
+        before, speed = wire.position.robot, wire.speed
+        way_s = before.distance_to(*arrived[:2]) / (speed * wire.settings.mm_per_s_per_unit)
+        turns_s = 360.0 / (speed * wire.settings.deg_per_s_per_unit)
+        if wire.knows_c or not wire.host.answers:
+            *first, last = commands
+            for command in first:
+                wire.host.submit(command, way_s + turns_s)
+            wire.position.robot = arrived
+            wire.submit(last, way_s + turns_s, arrived)
+            return True
+        await wire.finish()
+        for command in commands:
+            wire.host.submit(command, way_s + turns_s)
+        pose = await wire.reported_pose()
+        wire.knows_c = True
+        if _distance(pose, arrived) < _distance(pose, before):
+            wire.arrived(arrived if _distance(pose, arrived) <= 2.0 else pose)
+            return True
+        wire.groups = wire.groups - {"C"}
+        return False
+
+
+def _distance(pose: Pose, other: Pose) -> float:
+    """How far apart poses are, in tolerances."""
+    turned = abs(wrapped(pose.heading_deg - other.heading_deg))
+    return max(pose.distance_to(*other[:2]) / TOLERANCE_MM, turned / TOLERANCE_DEG)
+
+
+def _check(name: str, value: float) -> None:
+    if not math.isfinite(value):
+        raise MessageError(f"{name} is {value}: a robot needs a finite number")
