@@ -22,6 +22,7 @@ from turtlewire.protocols.walter.messages import (
     Forward,
     GoTo,
     HeadingReply,
+    LimitFront,
     LocationReply,
     PenReply,
     PenUp,
@@ -177,3 +178,30 @@ def test_two_decoders_do_not_share_what_they_have_taken() -> None:
 def test_no_bytes_are_no_items() -> None:
     assert CommandDecoder().receive_data(b"") == []
     assert ReplyDecoder().receive_data(b"") == []
+
+
+@pytest.mark.parametrize("bit", range(256))
+def test_the_bit_of_a_pen_reply(bit: int) -> None:
+    data = b"QP" + bytes([bit]) + b"\r"
+    (item,) = ReplyDecoder().receive_data(data)
+    down = {0x00: 0, 0x01: 1, 0x30: 0, 0x31: 1}.get(bit)
+    if down is None:
+        assert item == Malformed(0, data, "pen_reply: value out of range")
+    else:
+        assert item == Decoded(0, data, PenReply(down))
+
+
+@pytest.mark.parametrize("heading_deg", [0, 13, 359, 360, 3341, 65535])
+def test_a_heading_beyond_359_makes_the_line_ill_formed_up_to_its_own_ret(heading_deg: int) -> None:
+    data = b"QH" + heading_deg.to_bytes(2, "big") + b"\r"
+    (item, after) = ReplyDecoder().receive_data(data + b"\nLF\r")
+    if heading_deg < 360:
+        assert item == Decoded(0, data, HeadingReply(heading_deg))
+    else:
+        assert item == Malformed(0, data, "heading_reply: value out of range")
+    assert after == Decoded(6, b"LF\r", LimitFront())
+
+
+def test_a_line_that_breaks_off_names_the_letter_that_came() -> None:
+    assert CommandDecoder().receive_data(b"c\r") == [Malformed(0, b"c\r", "RET after 'c'")]
+    assert ReplyDecoder().receive_data(b"L\r") == [Malformed(0, b"L\r", "RET after 'L'")]
