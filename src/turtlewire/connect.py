@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import math
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, urlsplit
 
 from turtlewire.errors import UsageError
+from turtlewire.protocols.walter.messages import EMERGENCY_STOP
 from turtlewire.robots.runner import InlineRunner, Runner, ThreadRunner
 from turtlewire.robots.walter import AsyncWalter, Settings, Walter
 
@@ -15,8 +18,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from turtlewire.simulator.walter import SimulatedWalter
+    from turtlewire.turtle import Pose
 
-SIM_OPTIONS = "seed, slip, noise, arena, basic, groups, baud, boot_s, watchdog_s, pen_s, speed"
+SIM_OPTIONS = "pace, seed, slip, noise, arena, basic, groups, baud, boot_s, watchdog_s, pen_s, speed"
 
 
 def is_simulated(url: str) -> bool:
@@ -68,9 +72,9 @@ async def connect_async(
     if is_simulated(url):
         from turtlewire.links.memory import MemoryLink
 
-        end = simulated(url)
+        end, pace = _simulated(url)
         settings = settings._replace(baud=end.settings.baud or settings.baud)
-        robot = AsyncWalter(MemoryLink(end, url), settings, notify, paper=end)
+        robot = AsyncWalter(MemoryLink(end, url, pace), settings, notify, paper=end)
     else:
         from turtlewire.links.stream import open_port
 
@@ -80,8 +84,36 @@ async def connect_async(
     return robot
 
 
+def stop(url: str, settings: Settings | None = None) -> Pose | None:
+    """Stop the robot at a port, from any state (W8), then ask it; where it says it is, or None if it says nothing.
+
+    Raises what ``connect`` raises for a port that cannot be opened.
+    """
+    runner = ThreadRunner()
+    try:
+        return runner.run(_stop(url, settings or Settings()))
+    finally:
+        runner.close()
+
+
+async def _stop(url: str, settings: Settings) -> Pose | None:
+    from turtlewire.links.stream import open_port
+
+    link = await open_port(url, baud=settings.baud)
+    # A robot that is booting hears nothing of this, but does not move either.
+    link.write_urgent(EMERGENCY_STOP)
+    async with AsyncWalter(link, settings) as robot:
+        await robot.connect()
+        return await robot.reported_pose() if "Q" in robot.groups else None
+
+
 def simulated(url: str) -> SimulatedWalter:
     """The simulated robot that a ``sim:`` URL describes. Raises ``UsageError`` or, for its arena, ``DataError``."""
+    return _simulated(url)[0]
+
+
+def _simulated(url: str) -> tuple[SimulatedWalter, float | None]:
+    """The robot, and its pace."""
     from turtlewire.simulator.walter import Settings as SimulatorSettings
     from turtlewire.simulator.walter import SimulatedWalter
 
@@ -89,9 +121,24 @@ def simulated(url: str) -> SimulatedWalter:
     if parts.path != "walter":
         raise UsageError(f"{url!r}: there is no simulated robot {parts.path!r}; there is sim:walter")
     options: dict[str, Any] = {}
+    pace: float | None = None
     for name, value in parse_qsl(parts.query, keep_blank_values=True):
-        options |= _option(url, name, value)
-    return SimulatedWalter(SimulatorSettings(**options))
+        if name == "pace":
+            pace = _pace(url, value)
+        else:
+            options |= _option(url, name, value)
+    return SimulatedWalter(SimulatorSettings(**options)), pace
+
+
+def _pace(url: str, value: str) -> float | None:
+    if value in ("max", "real"):
+        return None if value == "max" else 1.0
+    with contextlib.suppress(ValueError):
+        if 0.0 < float(value) < math.inf:
+            return float(value)
+    raise UsageError(
+        f"{url!r}: pace is {value!r}, but must be max, real, or a number above 0 (times real time)"
+    )
 
 
 def _option(url: str, name: str, value: str) -> dict[str, Any]:

@@ -116,6 +116,16 @@ def save(trace: Trace, path: Path, *, title: str = "") -> None:
         raise OutputError(f"cannot write the picture {path}: {reason}; {advice}") from error
 
 
+def check(path: Path) -> None:
+    """See early whether a picture can be written there: known format, a folder that exists.
+
+    Raises ``UsageError``, or ``OutputError`` for a folder that is not there.
+    """
+    format_of(path)
+    if not path.absolute().parent.is_dir():
+        raise OutputError(f"cannot write the picture {path}: there is no folder {path.parent}; make it first")
+
+
 def format_of(path: Path) -> str:
     """``".svg"`` or ``".png"``; to be asked before a robot sets out to draw.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Protocol
 
 from turtlewire.errors import LinkClosedError
@@ -24,13 +25,22 @@ class VirtualEnd(Protocol):
 
 
 class MemoryLink(Link):
-    """A link to a ``VirtualEnd``."""
+    """A link to a ``VirtualEnd``.
+
+    Args:
+        end: the far end.
+        url: what to call it.
+        pace: seconds of the far end's time for each second on the wall, at most; None: as fast as can be.
+    """
 
     in_background = False
 
-    def __init__(self, end: VirtualEnd, url: str = "memory:") -> None:
+    def __init__(self, end: VirtualEnd, url: str = "memory:", pace: float | None = None) -> None:
         self.url = url
         self._end = end
+        self._pace = pace
+        self._start_s = end.now
+        self._start_wall_s = time.monotonic()
         self._closed = False
 
     def now(self) -> float:
@@ -51,7 +61,16 @@ class MemoryLink(Link):
     async def read(self, until: float) -> bytes:
         """Let the robot's time pass."""
         self._check()
-        return self._end.read(until)
+        data = self._end.read(until)
+        if self._pace is not None:
+            self._keep_pace(self._pace)
+        return data
+
+    def _keep_pace(self, pace: float) -> None:
+        """Wait until the wall clock has caught up. It blocks, as everything does over a virtual link."""
+        ahead = (self._end.now - self._start_s) / pace - (time.monotonic() - self._start_wall_s)
+        if ahead > 0.0:
+            time.sleep(ahead)
 
     def wake(self) -> None:
         """Nothing waits here."""

@@ -109,9 +109,7 @@ class StreamLink(Link, asyncio.Protocol):
             await asyncio.wait_for(self._gone.wait(), CLOSE_TIMEOUT_S)
 
 
-async def open_port(
-    text: str, *, baud: int, announce: Callable[[str], None] = lambda _: None
-) -> StreamLink:
+async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = lambda _: None) -> StreamLink:
     """Open a port for this program alone.
 
     ``baud`` is used where the URL names none. For ``pty`` a new pseudo-terminal is made and the path of its far end

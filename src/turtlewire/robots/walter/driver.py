@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Protocol
 
-from turtlewire.errors import MessageError, NotSupportedError, UsageError
+from turtlewire.errors import MessageError, NotSupportedError
 from turtlewire.protocols.walter.codec import encode
 from turtlewire.protocols.walter.messages import (
     GoHome,
@@ -69,9 +69,7 @@ class AsyncWalter:
         notify: Callable[[str], None] = lambda _: None,
         paper: Paper | None = None,
     ) -> None:
-        if not 1 <= settings.speed <= 255:
-            raise UsageError(f"speed is {settings.speed}, but must be from 1 to 255")
-        self._wire = Connection(link, settings, notify)
+        self._wire = Connection(link, settings.checked(), notify)
         self._paper = paper
         self._step_by_step = False
 

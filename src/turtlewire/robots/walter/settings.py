@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
+from turtlewire.errors import UsageError
+from turtlewire.protocols.walter.codec import ALL_GROUPS
 from turtlewire.protocols.walter.messages import (
     BAUD,
     DEFAULT_SPEED,
@@ -11,6 +14,9 @@ from turtlewire.protocols.walter.messages import (
     MAX_UNFENCED_BYTES,
     MM_PER_S_PER_UNIT,
 )
+
+# The longest command, a fence, and a fence more to ask again with.
+LEAST_UNFENCED = 16
 
 
 class Settings(NamedTuple):
@@ -40,6 +46,30 @@ class Settings(NamedTuple):
     require_replies: bool = False
     max_unfenced: int = MAX_UNFENCED_BYTES
     heartbeat_s: float | None = None
+
+    def checked(self) -> Settings:
+        """Return self. Raises ``UsageError`` for a value that cannot drive a robot."""
+        positive = ("mm_per_s_per_unit", "deg_per_s_per_unit", "reply_timeout_s", "heartbeat_s")
+        for name in positive:
+            value = getattr(self, name)
+            _require(name, value, value is None or 0.0 < value < math.inf, "a number above 0")
+        _require("baud", self.baud, 50 <= self.baud <= 4_000_000, "from 50 to 4000000")
+        _require("speed", self.speed, 1 <= self.speed <= 255, "from 1 to 255")
+        _require("boot_s", self.boot_s, 0.0 <= self.boot_s < math.inf, "0 or more seconds")
+        _require(
+            "max_unfenced",
+            self.max_unfenced,
+            self.max_unfenced >= LEAST_UNFENCED,
+            f"{LEAST_UNFENCED} or more",
+        )
+        groups = self.groups or frozenset()
+        _require("groups", "".join(sorted(groups)), groups <= ALL_GROUPS, "some of C, Q, H and E")
+        return self
+
+
+def _require(name: str, value: object, fine: bool, wanted: str) -> None:
+    if not fine:
+        raise UsageError(f"the setting {name} is {value}, but must be {wanted}")
 
 
 class Statistics(NamedTuple):

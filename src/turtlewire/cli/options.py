@@ -1,0 +1,63 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from turtlewire.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.robots.walter import Settings
+
+PORTS = "a device (/dev/ttyUSB0, COM3), serial:///dev/ttyUSB0?baud=9600, socket://host:port, or pty"
+# How a robot can be driven: --set NAME=VALUE.
+SETTINGS: dict[str, Callable[[str], Any]] = {
+    "baud": int,
+    "speed": int,
+    "mm_per_s_per_unit": float,
+    "deg_per_s_per_unit": float,
+    "groups": lambda text: frozenset(text.upper()),
+    "gentle": lambda text: {"1": True, "yes": True, "on": True, "0": False, "no": False, "off": False}[text],
+    "boot_s": float,
+    "reply_timeout_s": float,
+    "max_unfenced": int,
+    "heartbeat_s": float,
+}
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """``--set``: how to drive the robot."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help=f"a setting of the robot: {', '.join(SETTINGS)}",
+    )
+
+
+def settings(assignments: list[str], **more: Any) -> Settings:
+    """The settings that ``--set`` options make. Raises ``UsageError``."""
+    from turtlewire.robots.walter import Settings
+
+    values: dict[str, Any] = dict(more)
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        if not equals or name not in SETTINGS:
+            raise UsageError(f"--set {assignment}: write NAME=VALUE; the names are {', '.join(SETTINGS)}")
+        try:
+            values[name] = SETTINGS[name](text)
+        except (ValueError, KeyError):
+            raise UsageError(f"--set {assignment}: {text!r} is no value for {name}") from None
+    return Settings(**values).checked()
+
+
+def positive(text: str) -> float:
+    """A number above 0, for argparse."""
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value
