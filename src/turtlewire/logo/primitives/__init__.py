@@ -1,1 +1,20 @@
 """The primitives of Logo, one file per chapter of the manual."""
+
+from __future__ import annotations
+
+from turtlewire.logo.primitives import (
+    arithmetic,
+    communication,
+    control,
+    data,
+    graphics,
+    logic,
+    robot,
+    templates,
+    workspace,
+)
+from turtlewire.logo.procedures import Primitive
+
+PRIMITIVES: dict[str, Primitive] = {}
+for _chapter in (arithmetic, communication, control, data, graphics, logic, robot, templates, workspace):
+    PRIMITIVES |= _chapter.chapter.primitives

@@ -1,0 +1,122 @@
+"""Logo's errors: the sentences and numbers of the Berkeley manual, and where in the program they happened."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from turtlewire.errors import ProgramError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+class Position(NamedTuple):
+    """A place in a program; line and column count from 1, ``text`` is the whole source line."""
+
+    file: str
+    line: int
+    column: int
+    text: str
+
+    def marked(self) -> str:
+        """The source line with a caret under the place."""
+        lead = "".join("\t" if c == "\t" else " " for c in self.text[: self.column - 1])
+        return f"    {self.text}\n    {lead}^"
+
+
+class LogoError(ProgramError):
+    """A Logo program is wrong, in the words of UCBLogo.
+
+    Attributes:
+        number: the error's number in the Berkeley manual.
+        text: UCBLogo's sentence alone.
+        procedure: the procedure that was running, or ``None`` at top level.
+        position: where, or ``None`` when it came from a list that no file contains.
+        hint: what to do about it, when that is known; ``""`` otherwise.
+    """
+
+    def __init__(self, number: int, text: str, position: Position | None = None, hint: str = "") -> None:
+        super().__init__(text)
+        self.number = number
+        self.text = text
+        self.procedure: str | None = None
+        self.position = position
+        self.hint = hint
+        self.is_placed = False
+        self.wrong_name = ""
+        self.known_names: Sequence[str] = ()
+
+    def copy(self) -> LogoError:
+        """The same error, to be raised anew."""
+        error = LogoError(self.number, self.text, self.position, self.hint)
+        error.wrong_name, error.known_names = self.wrong_name, self.known_names
+        return error
+
+    def explain(self) -> str:
+        """The paragraph for people: where, what, the source line marked, and what might help."""
+        sentence = f"{self.text} in {self.procedure}" if self.procedure else self.text
+        hint = self.hint or self._suggestion()
+        if self.position is None:
+            return f"{sentence}\n{hint}" if hint else sentence
+        where = f"{self.position.file}, line {self.position.line}, column {self.position.column}"
+        lines = [f"{where}: {sentence}", self.position.marked()]
+        if hint:
+            lines.append(hint)
+        return "\n".join(lines)
+
+    def _suggestion(self) -> str:
+        if not self.wrong_name:
+            return ""
+        from difflib import get_close_matches  # heavy, and only a failing program needs it
+
+        close = get_close_matches(self.wrong_name.lower(), self.known_names, n=3, cutoff=0.7)
+        return f"Did you mean {' or '.join(close)}?" if close else ""
+
+    def __str__(self) -> str:
+        return self.explain()
+
+
+def does_not_like(procedure: str, shown: str, *, number: int = 7) -> LogoError:
+    """An input of the wrong kind; ``shown`` is the input as SHOW prints it."""
+    return LogoError(number, f"{procedure} doesn't like {shown} as input")
+
+
+def not_enough_inputs(procedure: str) -> LogoError:
+    """A procedure got fewer inputs than it needs."""
+    return LogoError(6, f"not enough inputs to {procedure}")
+
+
+def too_many_inputs(procedure: str) -> LogoError:
+    """A parenthesised procedure got more inputs than it takes."""
+    return LogoError(8, f"too many inputs to {procedure}")
+
+
+def did_not_output(procedure: str, wanted_by: str) -> LogoError:
+    """A command stood where an operation was needed."""
+    return LogoError(5, f"{procedure} didn't output to {wanted_by}")
+
+
+def unused_value(shown: str, *, from_procedure: bool = False) -> LogoError:
+    """A value that no command takes."""
+    return LogoError(30 if from_procedure else 9, f"You don't say what to do with {shown}")
+
+
+def no_value(name: str, known_names: Sequence[str] = ()) -> LogoError:
+    """A variable without a value."""
+    error = LogoError(11, f"{name} has no value")
+    error.wrong_name, error.known_names = name, known_names
+    return error
+
+
+def unknown_procedure(name: str, known_names: Sequence[str] = ()) -> LogoError:
+    """A word that is neither a procedure nor, with Logo's getter syntax, a variable."""
+    error = LogoError(13, f"I don't know how to {name}")
+    error.wrong_name, error.known_names = name, known_names
+    return error
+
+
+def stack_overflow() -> LogoError:
+    """Procedures called one another too deep, or brackets are nested too deep."""
+    return LogoError(
+        2, "stack overflow", hint="A procedure calls itself without an end, or far too deep: does it ever stop?"
+    )

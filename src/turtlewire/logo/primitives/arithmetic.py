@@ -1,0 +1,323 @@
+"""Arithmetic: numbers, transcendental functions, random numbers, bits, and the infix operators."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.errors import does_not_like
+from turtlewire.logo.evaluator import BadInputError
+from turtlewire.logo.primitives.inputs import answer, integer, natural, number
+from turtlewire.logo.procedures import Chapter
+from turtlewire.logo.values import LogoList, Number, Value, narrowed, show_in_error
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.logo.evaluator import Interpreter
+
+chapter = Chapter()
+primitive = chapter.primitive
+
+
+def _finite(result: Number, blamed: Value) -> Number:
+    """A result that Logo can keep; an infinite one, or none at all, is the fault of the blamed input."""
+    kept = narrowed(result)
+    if kept is None:
+        raise BadInputError(blamed)
+    return kept
+
+
+def _whole_if_exact(result: float) -> Number:
+    return int(result) if result.is_integer() and abs(result) < 1e15 else result
+
+
+@primitive("sum", 2, minimum=0, maximum=-1)
+def _sum(_logo: Interpreter, inputs: list[Value]) -> Number:
+    total: Number = 0
+    for each in inputs:
+        total = _finite(total + number(each), each)
+    return total
+
+
+@primitive("+", 2)
+def _plus(_logo: Interpreter, a: Value, b: Value) -> Number:
+    return _finite(number(a) + number(b), b)
+
+
+@primitive("difference -", 2)
+def _difference(_logo: Interpreter, a: Value, b: Value) -> Number:
+    return _finite(number(a) - number(b), b)
+
+
+@primitive("minus", 1)
+def _minus(_logo: Interpreter, a: Value) -> Number:
+    return -number(a)
+
+
+@primitive("product", 2, minimum=0, maximum=-1)
+def _product(_logo: Interpreter, inputs: list[Value]) -> Number:
+    result: Number = 1
+    for each in inputs:
+        result = _finite(result * number(each), each)
+    return result
+
+
+@primitive("*", 2)
+def _times(_logo: Interpreter, a: Value, b: Value) -> Number:
+    return _finite(number(a) * number(b), b)
+
+
+@primitive("quotient /", 2, minimum=1)
+def _quotient(_logo: Interpreter, a: Value, b: Value | None = None) -> Number:
+    if b is None:
+        a, b = 1, a
+    dividend, divisor = number(a), number(b)
+    if divisor == 0:
+        raise BadInputError(b, 4)
+    if isinstance(dividend, int) and isinstance(divisor, int) and dividend % divisor == 0:
+        return dividend // divisor
+    return _finite(dividend / divisor, b)
+
+
+@primitive("remainder", 2)
+def _remainder(_logo: Interpreter, a: Value, b: Value) -> Number:
+    dividend, divisor = number(a), number(b)
+    if divisor == 0:
+        raise BadInputError(b, 4)
+    if isinstance(dividend, int) and isinstance(divisor, int):
+        result = abs(dividend) % abs(divisor)
+        return -result if dividend < 0 else result
+    return math.fmod(dividend, divisor)
+
+
+@primitive("modulo", 2)
+def _modulo(_logo: Interpreter, a: Value, b: Value) -> Number:
+    dividend, divisor = number(a), number(b)
+    if divisor == 0:
+        raise BadInputError(b, 4)
+    return dividend % divisor
+
+
+@primitive("int", 1)
+def _int(_logo: Interpreter, a: Value) -> Number:
+    return _finite(int(number(a)), a)
+
+
+@primitive("round", 1)
+def _round(_logo: Interpreter, a: Value) -> Number:
+    value = number(a)
+    if isinstance(value, int):
+        return value
+    rounded = math.floor(abs(value) + 0.5)
+    return _finite(-rounded if value < 0 else rounded, a)
+
+
+@primitive("abs", 1)
+def _abs(_logo: Interpreter, a: Value) -> Number:
+    return abs(number(a))
+
+
+def _real(value: Value, function: Callable[[float], float]) -> Number:
+    """A function of the reals; where it has no finite value, the input is not liked."""
+    try:
+        return _finite(_whole_if_exact(function(number(value))), value)
+    except (ValueError, OverflowError):
+        raise BadInputError(value) from None
+
+
+@primitive("sqrt", 1)
+def _sqrt(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, math.sqrt)
+
+
+@primitive("power", 2)
+def _power(_logo: Interpreter, a: Value, b: Value) -> Number:
+    base, exponent = number(a), number(b)
+    if isinstance(base, int) and isinstance(exponent, int) and 0 <= exponent <= 64:
+        return _finite(base**exponent, b)
+    if base == 0 and exponent < 0:
+        raise BadInputError(b)
+    return _real(b, lambda _: math.pow(base, exponent))
+
+
+@primitive("exp", 1)
+def _exp(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, math.exp)
+
+
+@primitive("log10", 1)
+def _log10(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, math.log10)
+
+
+@primitive("ln", 1)
+def _ln(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, math.log)
+
+
+def _sine_of(degrees: float) -> float:
+    """Exact at the multiples of 30 degrees that have a simple sine, where people look for it."""
+    turned = degrees % 360.0
+    known = {0.0: 0.0, 30.0: 0.5, 90.0: 1.0, 150.0: 0.5, 180.0: 0.0, 210.0: -0.5, 270.0: -1.0, 330.0: -0.5}
+    return known[turned] if turned in known else math.sin(math.radians(turned))
+
+
+@primitive("sin", 1)
+def _sin(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, _sine_of)
+
+
+@primitive("cos", 1)
+def _cos(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, lambda degrees: _sine_of(degrees + 90.0))
+
+
+@primitive("tan", 1)
+def _tan(_logo: Interpreter, a: Value) -> Number:
+    def tangent(degrees: float) -> float:
+        sine, cosine = _sine_of(degrees), _sine_of(degrees + 90.0)
+        if cosine == 0.0:
+            raise BadInputError(a)
+        return math.copysign(1.0, sine * cosine) if degrees % 90.0 == 45.0 else sine / cosine
+
+    return _real(a, tangent)
+
+
+@primitive("radsin", 1)
+def _radsin(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, math.sin)
+
+
+@primitive("radcos", 1)
+def _radcos(_logo: Interpreter, a: Value) -> Number:
+    return _real(a, math.cos)
+
+
+def _angle(a: Value, b: Value | None) -> float:
+    if b is None:
+        return math.atan(number(a))
+    x, y = number(a), number(b)
+    return math.atan2(y, x)
+
+
+@primitive("arctan", 1, maximum=2)
+def _arctan(_logo: Interpreter, a: Value, b: Value | None = None) -> Number:
+    return _whole_if_exact(math.degrees(_angle(a, b)))
+
+
+@primitive("radarctan", 1, maximum=2)
+def _radarctan(_logo: Interpreter, a: Value, b: Value | None = None) -> Number:
+    return _whole_if_exact(_angle(a, b))
+
+
+@primitive("pi", 0)
+def _pi(_logo: Interpreter) -> Number:
+    return math.pi
+
+
+def _sequence(start: Number, end: Number, count: int) -> list[Value]:
+    step = (end - start) / (count - 1) if count > 1 else 0.0
+    return [_whole_if_exact(float(start + i * step)) for i in range(count)]
+
+
+@primitive("iseq", 2)
+def _iseq(_logo: Interpreter, a: Value, b: Value) -> Value:
+    start, end = integer(a), integer(b)
+    step = 1 if end >= start else -1
+    return LogoList(range(start, end + step, step))
+
+
+@primitive("rseq", 3)
+def _rseq(_logo: Interpreter, a: Value, b: Value, c: Value) -> Value:
+    count = natural(c)
+    return LogoList(_sequence(number(a), number(b), count))
+
+
+# --- predicates -----------------------------------------------------------------------------------------------
+
+
+@primitive("lessp less? <", 2)
+def _lessp(_logo: Interpreter, a: Value, b: Value) -> Value:
+    return answer(condition=number(a) < number(b))
+
+
+@primitive("greaterp greater? >", 2)
+def _greaterp(_logo: Interpreter, a: Value, b: Value) -> Value:
+    return answer(condition=number(a) > number(b))
+
+
+@primitive("lessequalp lessequal? <=", 2)
+def _lessequalp(_logo: Interpreter, a: Value, b: Value) -> Value:
+    return answer(condition=number(a) <= number(b))
+
+
+@primitive("greaterequalp greaterequal? >=", 2)
+def _greaterequalp(_logo: Interpreter, a: Value, b: Value) -> Value:
+    return answer(condition=number(a) >= number(b))
+
+
+# --- random numbers -------------------------------------------------------------------------------------------
+
+
+@primitive("random", 1, maximum=2)
+def _random(logo: Interpreter, a: Value, b: Value | None = None) -> Number:
+    if b is None:
+        size = natural(a)
+        return logo.random.randrange(size) if size else 0
+    low, high = integer(a), integer(b)
+    if high < low:
+        raise BadInputError(b)
+    return logo.random.randint(low, high)
+
+
+@primitive("rerandom", 0, maximum=1)
+def _rerandom(logo: Interpreter, seed: Value = 42) -> None:
+    logo.random.seed(integer(seed))
+
+
+# --- bits -----------------------------------------------------------------------------------------------------
+
+
+@primitive("bitand", 2, minimum=0, maximum=-1)
+def _bitand(_logo: Interpreter, inputs: list[Value]) -> Number:
+    result = -1
+    for each in inputs:
+        result &= integer(each)
+    return result
+
+
+@primitive("bitor", 2, minimum=0, maximum=-1)
+def _bitor(_logo: Interpreter, inputs: list[Value]) -> Number:
+    result = 0
+    for each in inputs:
+        result |= integer(each)
+    return result
+
+
+@primitive("bitxor", 2, minimum=0, maximum=-1)
+def _bitxor(_logo: Interpreter, inputs: list[Value]) -> Number:
+    result = 0
+    for each in inputs:
+        result ^= integer(each)
+    return result
+
+
+@primitive("bitnot", 1)
+def _bitnot(_logo: Interpreter, a: Value) -> Number:
+    return ~integer(a)
+
+
+@primitive("ashift lshift", 2)
+def _ashift(_logo: Interpreter, a: Value, b: Value) -> Number:
+    value, places = integer(a), integer(b)
+    if abs(places) > 64:
+        raise BadInputError(b)
+    return _finite(value << places if places >= 0 else value >> -places, b)
+
+
+@primitive("form", 3)
+def _form(_logo: Interpreter, a: Value, width: Value, precision: Value) -> Value:
+    if natural(precision) > 100 or natural(width) > 1000:
+        raise does_not_like("form", show_in_error(precision))
+    return f"{number(a):{natural(width) or ''}.{natural(precision)}f}"

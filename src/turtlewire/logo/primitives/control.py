@@ -1,0 +1,272 @@
+"""Control structures: conditions, loops, catching and throwing.
+
+Loops hand on a STOP or OUTPUT that comes out of their lists. A list that is run in a primitive's own place (IF, RUN)
+is handed to the evaluator as a ``RunList``, so that its last instruction can be a tail call.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.errors import LogoError, did_not_output
+from turtlewire.logo.evaluator import COMMAND, OPERATION, BadInputError, ThrowError
+from turtlewire.logo.primitives.inputs import key, natural, number, text, truth
+from turtlewire.logo.procedures import Chapter, Output, Result, RunList, Stop
+from turtlewire.logo.values import VALUE_TYPES, LogoList, Number, Value, narrowed, plain, to_words
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+chapter = Chapter()
+primitive = chapter.primitive
+
+
+# --- conditions -----------------------------------------------------------------------------------------------
+
+
+@primitive("if", 2, maximum=3)
+def _if(logo: Interpreter, condition: Value, then: Value, otherwise: Value | None = None) -> Result:
+    if truth(logo, condition):
+        return RunList(then)
+    return None if otherwise is None else RunList(otherwise)
+
+
+@primitive("ifelse", 3)
+def _ifelse(logo: Interpreter, condition: Value, then: Value, otherwise: Value) -> Result:
+    return RunList(then if truth(logo, condition) else otherwise)
+
+
+@primitive("test", 1)
+def _test(logo: Interpreter, condition: Value) -> None:
+    logo.test = truth(logo, condition)
+
+
+@primitive("iftrue ift", 1)
+def _iftrue(logo: Interpreter, instructions: Value) -> Result:
+    if logo.test is None:
+        raise LogoError(25, "iftrue without TEST")
+    return RunList(instructions) if logo.test else None
+
+
+@primitive("iffalse iff", 1)
+def _iffalse(logo: Interpreter, instructions: Value) -> Result:
+    if logo.test is None:
+        raise LogoError(25, "iffalse without TEST")
+    return None if logo.test else RunList(instructions)
+
+
+# --- running lists, ending procedures -------------------------------------------------------------------------
+
+
+@primitive("run", 1)
+def _run(_logo: Interpreter, instructions: Value) -> Result:
+    return RunList(instructions)
+
+
+@primitive("runresult", 1)
+def _runresult(logo: Interpreter, instructions: Value) -> Result:
+    result = logo.run_list(instructions, OPERATION)
+    if result is None:
+        return LogoList()
+    if type(result) in VALUE_TYPES:
+        return LogoList((result,))  # type: ignore[arg-type]
+    raise LogoError(38, "Can't use OUTPUT or STOP inside RUNRESULT")
+
+
+@primitive("stop", 0)
+def _stop(logo: Interpreter) -> Result:
+    if logo.procedure is None:
+        raise LogoError(31, "Can only use stop inside a procedure")
+    return Stop()
+
+
+@primitive("output op", 1)
+def _output(_logo: Interpreter, value: Value) -> Result:
+    return Output(value)
+
+
+@primitive(".maybeoutput", 1)
+def _maybeoutput(_logo: Interpreter, value: Value) -> Result:
+    return Output(value)
+
+
+@primitive("ignore", 1)
+def _ignore(_logo: Interpreter, _value: Value) -> None:
+    """The value is dropped."""
+
+
+@primitive("bye", 0)
+def _bye(_logo: Interpreter) -> None:
+    raise ThrowError("toplevel", None)
+
+
+# --- loops ----------------------------------------------------------------------------------------------------
+
+
+@primitive("repeat", 2)
+def _repeat(logo: Interpreter, count: Value, instructions: Value) -> Result:
+    times = natural(count)
+    outer_count = logo.repeat_count
+    level = logo.levels.enter(times)
+    try:
+        for index in range(times):
+            if level is not None:
+                level[0] = index
+            logo.repeat_count = index + 1
+            result = logo.run_code(logo.parsed(instructions), COMMAND)
+            if result is not None:
+                return result
+    finally:
+        logo.repeat_count = outer_count
+        if level is not None:
+            logo.levels.leave()
+    return None
+
+
+@primitive("forever", 1)
+def _forever(logo: Interpreter, instructions: Value) -> Result:
+    outer_count = logo.repeat_count
+    count = 0
+    try:
+        while True:
+            count += 1
+            logo.repeat_count = count
+            result = logo.run_list(instructions)
+            if result is not None:
+                return result
+    finally:
+        logo.repeat_count = outer_count
+
+
+@primitive("repcount #", 0)
+def _repcount(logo: Interpreter) -> Value:
+    return logo.repeat_count
+
+
+def _loop_number(logo: Interpreter, value: Value) -> Number:
+    """A limit of FOR: a number, or a word or list that is run for one."""
+    if isinstance(value, int | float):
+        return value
+    result = logo.value_of(value)
+    if result is None:
+        raise BadInputError(value)
+    return number(result)
+
+
+@primitive("for", 2)
+def _for(logo: Interpreter, control: Value, instructions: Value) -> Result:
+    members = control.items if isinstance(control, LogoList) else ()
+    if not 3 <= len(members) <= 4:
+        raise BadInputError(control)
+    name = key(members[0])
+    start, end = _loop_number(logo, members[1]), _loop_number(logo, members[2])
+    if len(members) == 4:
+        step = _loop_number(logo, members[3])
+    else:
+        step = 1 if end >= start else -1
+    # The variable is the loop's own; the program may change it, and what it had before comes back.
+    before = logo.variables.get(name)
+    level = logo.levels.enter(_rounds(start, end, step))
+    current: Number | None = start
+    try:
+        while current is not None and (current <= end if step >= 0 else current >= end):
+            logo.variables[name] = current
+            result = logo.run_list(instructions)
+            if result is not None:
+                return result
+            if level is not None:
+                level[0] += 1
+            current = narrowed(number(logo.variables.get(name, current)) + step)
+    finally:
+        if before is None:
+            logo.variables.pop(name, None)
+        else:
+            logo.variables[name] = before
+        if level is not None:
+            logo.levels.leave()
+    return None
+
+
+def _rounds(start: Number, end: Number, step: Number) -> int:
+    """How often a FOR will run its list, for the progress; 1 when there is no telling."""
+    rounds = (end - start) / step + 1 if step else 1
+    return int(rounds) if 1 <= rounds < 1e9 else 1
+
+
+def _while(logo: Interpreter, condition: Value, instructions: Value, *, wanted: bool, test_first: bool) -> Result:
+    if test_first and truth_of(logo, condition) is not wanted:
+        return None
+    while True:
+        result = logo.run_list(instructions)
+        if result is not None:
+            return result
+        if truth_of(logo, condition) is not wanted:
+            return None
+
+
+def truth_of(logo: Interpreter, condition: Value) -> bool:
+    """The truth that an instruction list outputs; a mere word is run too, so that a forgotten bracket is told."""
+    value = logo.value_of(condition)
+    if value is None:
+        raise did_not_output(to_words(condition), "while")
+    return truth(logo, value)
+
+
+@primitive("while", 2)
+def _while_true(logo: Interpreter, condition: Value, instructions: Value) -> Result:
+    return _while(logo, condition, instructions, wanted=True, test_first=True)
+
+
+@primitive("until", 2)
+def _until(logo: Interpreter, condition: Value, instructions: Value) -> Result:
+    return _while(logo, condition, instructions, wanted=False, test_first=True)
+
+
+@primitive("do.while", 2)
+def _do_while(logo: Interpreter, instructions: Value, condition: Value) -> Result:
+    return _while(logo, condition, instructions, wanted=True, test_first=False)
+
+
+@primitive("do.until", 2)
+def _do_until(logo: Interpreter, instructions: Value, condition: Value) -> Result:
+    return _while(logo, condition, instructions, wanted=False, test_first=False)
+
+
+# --- catching and throwing ------------------------------------------------------------------------------------
+
+
+@primitive("catch", 2)
+def _catch(logo: Interpreter, tag: Value, instructions: Value) -> Result:
+    wanted = key(tag)
+    state = logo.levels.depth
+    try:
+        result = logo.run_list(instructions, OPERATION)
+    except ThrowError as thrown:
+        if thrown.tag != wanted:
+            raise
+        logo.levels.leave_to(state)
+        return thrown.value
+    except LogoError as error:
+        if wanted != "error":
+            raise
+        logo.levels.leave_to(state)
+        logo.last_error = error
+        return None
+    return result
+
+
+@primitive("throw", 1, maximum=2)
+def _throw(_logo: Interpreter, tag: Value, value: Value | None = None) -> None:
+    wanted = key(tag)
+    if wanted == "error":
+        raise LogoError(35 if value is not None else 21, to_words(value) if value is not None else "Throw \"Error")
+    raise ThrowError(wanted, value)
+
+
+@primitive("error", 0)
+def _error(logo: Interpreter) -> Value:
+    error, logo.last_error = logo.last_error, None
+    if error is None:
+        return LogoList()
+    line = LogoList((error.position.text.strip(),)) if error.position is not None else LogoList()
+    return LogoList((error.number, error.text, error.procedure or LogoList(), line))

@@ -1,0 +1,165 @@
+"""Turtle graphics: one turtle step is ``step_mm`` millimetres on the robot."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.evaluator import BadInputError
+from turtlewire.logo.primitives.inputs import answer, number, point
+from turtlewire.logo.procedures import Chapter
+from turtlewire.logo.values import LogoList, Number, Value
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+chapter = Chapter()
+primitive = chapter.primitive
+
+
+def _millimetres(logo: Interpreter, steps: Value) -> float:
+    distance = number(steps) * logo.step_mm
+    if math.isinf(distance):
+        raise BadInputError(steps)
+    return float(distance)
+
+
+def _steps(logo: Interpreter, millimetres: float) -> Number:
+    """Millimetres in turtle steps, without the noise of the division's last digits."""
+    steps = float(f"{millimetres / logo.step_mm:.12g}")
+    return int(steps) if steps.is_integer() and abs(steps) < 1e15 else steps
+
+
+def _degrees(angle: Value) -> float:
+    return float(number(angle))
+
+
+def _as_angle(degrees: float) -> Number:
+    rounded = float(f"{degrees:.12g}")
+    return int(rounded) if rounded.is_integer() else rounded
+
+
+def _place(logo: Interpreter, a: Value, b: Value | None) -> tuple[float, float]:
+    """A point, in millimetres: from a list of two numbers, or from two numbers."""
+    if b is None:
+        x, y = point(a)
+        if math.isinf(x * logo.step_mm) or math.isinf(y * logo.step_mm):
+            raise BadInputError(a)
+        return x * logo.step_mm, y * logo.step_mm
+    return _millimetres(logo, a), _millimetres(logo, b)
+
+
+@primitive("forward fd", 1)
+def _forward(logo: Interpreter, steps: Value) -> None:
+    logo.turtle.forward(_millimetres(logo, steps))
+
+
+@primitive("back bk", 1)
+def _back(logo: Interpreter, steps: Value) -> None:
+    logo.turtle.back(_millimetres(logo, steps))
+
+
+@primitive("left lt", 1)
+def _left(logo: Interpreter, angle: Value) -> None:
+    logo.turtle.left(_degrees(angle))
+
+
+@primitive("right rt", 1)
+def _right(logo: Interpreter, angle: Value) -> None:
+    logo.turtle.right(_degrees(angle))
+
+
+@primitive("setpos", 1, maximum=2)
+def _setpos(logo: Interpreter, a: Value, b: Value | None = None) -> None:
+    logo.turtle.set_position(*_place(logo, a, b))
+
+
+@primitive("setxy", 2)
+def _setxy(logo: Interpreter, x: Value, y: Value) -> None:
+    logo.turtle.set_position(*_place(logo, x, y))
+
+
+@primitive("setx", 1)
+def _setx(logo: Interpreter, x: Value) -> None:
+    logo.turtle.set_x(_millimetres(logo, x))
+
+
+@primitive("sety", 1)
+def _sety(logo: Interpreter, y: Value) -> None:
+    logo.turtle.set_y(_millimetres(logo, y))
+
+
+@primitive("setheading seth", 1)
+def _setheading(logo: Interpreter, angle: Value) -> None:
+    logo.turtle.set_heading(_degrees(angle))
+
+
+@primitive("home", 0)
+def _home(logo: Interpreter) -> None:
+    logo.turtle.home()
+
+
+@primitive("arc", 2)
+def _arc(logo: Interpreter, angle: Value, radius: Value) -> None:
+    logo.turtle.arc(_degrees(angle), _millimetres(logo, radius))
+
+
+@primitive("pos", 0)
+def _pos(logo: Interpreter) -> Value:
+    pose = logo.turtle.pose
+    return LogoList((_steps(logo, pose.x_mm), _steps(logo, pose.y_mm)))
+
+
+@primitive("xcor", 0)
+def _xcor(logo: Interpreter) -> Value:
+    return _steps(logo, logo.turtle.pose.x_mm)
+
+
+@primitive("ycor", 0)
+def _ycor(logo: Interpreter) -> Value:
+    return _steps(logo, logo.turtle.pose.y_mm)
+
+
+@primitive("heading", 0)
+def _heading(logo: Interpreter) -> Value:
+    return _as_angle(logo.turtle.pose.heading_deg)
+
+
+@primitive("towards", 1, maximum=2)
+def _towards(logo: Interpreter, a: Value, b: Value | None = None) -> Value:
+    return _as_angle(logo.turtle.towards(*_place(logo, a, b)))
+
+
+@primitive("distance", 1, maximum=2)
+def _distance(logo: Interpreter, a: Value, b: Value | None = None) -> Value:
+    return _steps(logo, logo.turtle.pose.distance_to(*_place(logo, a, b)))
+
+
+@primitive("penup pu", 0)
+def _penup(logo: Interpreter) -> None:
+    logo.turtle.pen_up()
+
+
+@primitive("pendown pd", 0)
+def _pendown(logo: Interpreter) -> None:
+    logo.turtle.pen_down()
+
+
+@primitive("pendownp pendown?", 0)
+def _pendownp(logo: Interpreter) -> Value:
+    return answer(condition=logo.turtle.is_pen_down)
+
+
+@primitive("clean", 0)
+def _clean(logo: Interpreter) -> None:
+    logo.turtle.clean()
+
+
+@primitive("clearscreen cs", 0)
+def _clearscreen(logo: Interpreter) -> None:
+    logo.turtle.clear_screen()
+
+
+@primitive("hideturtle ht showturtle st", 0)
+def _show_or_hide(_logo: Interpreter) -> None:
+    """A robot is always to be seen."""

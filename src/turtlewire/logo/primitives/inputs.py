@@ -1,0 +1,87 @@
+"""Checks of a primitive's inputs: each gives the input as the type that is wanted, or does not like it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.evaluator import BadInputError
+from turtlewire.logo.values import FALSE, TRUE, LogoList, Number, Value, plain, to_number, to_text
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+
+def number(value: Value) -> Number:
+    """A number."""
+    kind = type(value)
+    if kind is int or kind is float:
+        return value  # type: ignore[return-value]
+    found = to_number(value)
+    if found is None:
+        raise BadInputError(value)
+    return found
+
+
+def integer(value: Value) -> int:
+    """A whole number, however it is spelled."""
+    found = number(value)
+    if found != int(found):
+        raise BadInputError(value)
+    return int(found)
+
+
+def natural(value: Value) -> int:
+    """A whole number, 0 or more."""
+    found = integer(value)
+    if found < 0:
+        raise BadInputError(value)
+    return found
+
+
+def text(value: Value) -> str:
+    """The text of a word, marks included."""
+    if isinstance(value, LogoList):
+        raise BadInputError(value)
+    return to_text(value)
+
+
+def key(value: Value) -> str:
+    """A name, in the spelling that tables use."""
+    return plain(text(value)).lower()
+
+
+def items(value: Value) -> tuple[Value, ...]:
+    """The members of a list."""
+    if not isinstance(value, LogoList):
+        raise BadInputError(value)
+    return value.items
+
+
+def truth(logo: Interpreter, value: Value) -> bool:
+    """``true`` or ``false``; a list is run to get one."""
+    found = value
+    if isinstance(value, LogoList):
+        result = logo.value_of(value)
+        if result is None:
+            raise BadInputError(value)
+        found = result
+    lowered = found.lower() if isinstance(found, str) else ""
+    if lowered == TRUE:
+        return True
+    if lowered == FALSE:
+        return False
+    raise BadInputError(found)
+
+
+def point(value: Value) -> tuple[float, float]:
+    """A list of two numbers."""
+    members = value.items if isinstance(value, LogoList) else ()
+    numbers = [to_number(member) for member in members]
+    if len(numbers) != 2 or numbers[0] is None or numbers[1] is None:
+        raise BadInputError(value)
+    return float(numbers[0]), float(numbers[1])
+
+
+def answer(*, condition: bool) -> str:
+    """A predicate's output."""
+    return TRUE if condition else FALSE

@@ -1,0 +1,73 @@
+"""What robots have and screens have not: horn, lamp, speed, waiting, limit sensors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.evaluator import BadInputError
+from turtlewire.logo.primitives.inputs import integer, number
+from turtlewire.logo.procedures import Chapter
+from turtlewire.logo.values import LogoList, Value
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+chapter = Chapter()
+primitive = chapter.primitive
+
+_SLOWEST, _FASTEST = 1, 255
+_SIXTIETHS_PER_SECOND = 60.0
+
+
+@primitive("hornoff", 0)
+def _hornoff(logo: Interpreter) -> None:
+    logo.turtle.horn("off")
+
+
+@primitive("hornlo", 0)
+def _hornlo(logo: Interpreter) -> None:
+    logo.turtle.horn("low")
+
+
+@primitive("hornhi", 0)
+def _hornhi(logo: Interpreter) -> None:
+    logo.turtle.horn("high")
+
+
+@primitive("eyeson", 0)
+def _eyeson(logo: Interpreter) -> None:
+    logo.turtle.lamp(True)
+
+
+@primitive("eyesoff", 0)
+def _eyesoff(logo: Interpreter) -> None:
+    logo.turtle.lamp(False)
+
+
+@primitive("setspeed", 1)
+def _setspeed(logo: Interpreter, speed: Value) -> None:
+    found = integer(speed)
+    if not _SLOWEST <= found <= _FASTEST:
+        raise BadInputError(speed)
+    logo.turtle.set_speed(found)
+
+
+@primitive("wait", 1)
+def _wait(logo: Interpreter, sixtieths: Value) -> None:
+    found = number(sixtieths)
+    if found < 0:
+        raise BadInputError(sixtieths)
+    logo.turtle.wait(found / _SIXTIETHS_PER_SECOND)
+
+
+@primitive("onlimit", 1)
+def _onlimit(logo: Interpreter, handler: Value) -> None:
+    if not isinstance(handler, LogoList):
+        raise BadInputError(handler)
+    logo.set_limit_handler(handler if handler.items else None)
+
+
+@primitive("limitsensor", 0)
+def _limitsensor(logo: Interpreter) -> Value:
+    """The sensor of the limit reached last; the empty word before the first."""
+    return logo.limit_sensor

@@ -1,0 +1,150 @@
+"""Template-based iteration: APPLY, MAP, FILTER, FOREACH, REDUCE; templates are named procedures, ``?`` or lambda."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.errors import did_not_output, not_enough_inputs, too_many_inputs, unknown_procedure
+from turtlewire.logo.evaluator import COMMAND, OPERATION, BadInputError
+from turtlewire.logo.primitives.inputs import items, natural, truth
+from turtlewire.logo.procedures import Chapter, Primitive, Result, RunList
+from turtlewire.logo.syntax import Invocation
+from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, plain, show, to_text, word
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+chapter = Chapter()
+primitive = chapter.primitive
+
+
+def apply_template(logo: Interpreter, template: Value, inputs: list[Value], how: int) -> Result:
+    """Apply a template to its inputs."""
+    if not isinstance(template, LogoList):
+        return _apply_named(logo, to_text(template), inputs, how)
+    if template.items and isinstance(template.items[0], LogoList):
+        return _apply_lambda(logo, template, inputs, how)
+    outer, logo.slots = logo.slots, inputs
+    try:
+        return logo.run_list(template, how)
+    finally:
+        logo.slots = outer
+
+
+def _apply_named(logo: Interpreter, name: str, inputs: list[Value], how: int) -> Result:
+    procedure = logo.procedures.get(plain(name).lower())
+    if procedure is None:
+        raise unknown_procedure(name, list(logo.procedures))
+    if len(inputs) < procedure.minimum_inputs:
+        raise not_enough_inputs(name)
+    if 0 <= procedure.maximum_inputs < len(inputs):
+        raise too_many_inputs(name)
+    if isinstance(procedure, Primitive):
+        result = logo.call_primitive(procedure, inputs)
+        return logo.run_list(result.instructions, how) if isinstance(result, RunList) else result
+    return logo.invoke(Invocation(procedure, name, [], None), inputs, wants_value=how == OPERATION)
+
+
+def _apply_lambda(logo: Interpreter, template: LogoList, inputs: list[Value], how: int) -> Result:
+    names = items(template.items[0])
+    if len(names) != len(inputs):
+        raise BadInputError(template)
+    keys = [plain(to_text(name)).lower() for name in names if not isinstance(name, LogoList)]
+    before = {key: logo.variables.get(key) for key in keys}
+    logo.variables.update(zip(keys, inputs, strict=True))
+    try:
+        return logo.run_list(LogoList(template.items[1:], template.source, template.offsets[1:]), how)
+    finally:
+        for key, value in before.items():
+            if value is None:
+                logo.variables.pop(key, None)
+            else:
+                logo.variables[key] = value
+
+
+def _value(logo: Interpreter, template: Value, inputs: list[Value], wanted_by: str) -> Value:
+    result = apply_template(logo, template, inputs, OPERATION)
+    if type(result) not in VALUE_TYPES:
+        raise did_not_output(show(template) if isinstance(template, LogoList) else str(template), wanted_by)
+    return result  # type: ignore[return-value]
+
+
+@primitive("?", 0, maximum=1)
+def _slot(logo: Interpreter, index: Value = 1) -> Value:
+    wanted = natural(index)
+    if not 1 <= wanted <= len(logo.slots):
+        raise BadInputError(index)
+    return logo.slots[wanted - 1]
+
+
+@primitive("apply", 2)
+def _apply(logo: Interpreter, template: Value, inputs: Value) -> Result:
+    return apply_template(logo, template, list(items(inputs)), OPERATION)
+
+
+@primitive("invoke", 2, minimum=1, maximum=-1)
+def _invoke(logo: Interpreter, inputs: list[Value]) -> Result:
+    return apply_template(logo, inputs[0], inputs[1:], OPERATION)
+
+
+def _columns(inputs: list[Value]) -> list[list[Value]]:
+    """The members of several lists or words, side by side; all must be equally long."""
+    rows = [list(each.items) if isinstance(each, LogoList) else [word(c) for c in to_text(each)] for each in inputs]
+    for each, row in zip(inputs, rows, strict=True):
+        if len(row) != len(rows[0]):
+            raise BadInputError(each)
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def _like(model: Value, members: list[Value]) -> Value:
+    if isinstance(model, LogoList):
+        return LogoList(members)
+    for each in members:
+        if isinstance(each, LogoList):
+            raise BadInputError(each)
+    return word("".join([to_text(each) for each in members if not isinstance(each, LogoList)]))
+
+
+@primitive("map", 2, maximum=-1)
+def _map(logo: Interpreter, inputs: list[Value]) -> Value:
+    results: list[Value] = []
+    for column in _columns(inputs[1:]):
+        results.append(_value(logo, inputs[0], column, "map"))
+    return _like(inputs[1], results)
+
+
+@primitive("filter", 2)
+def _filter(logo: Interpreter, template: Value, data: Value) -> Value:
+    kept: list[Value] = []
+    for column in _columns([data]):
+        if truth(logo, _value(logo, template, column, "filter")):
+            kept.append(column[0])
+    return _like(data, kept)
+
+
+@primitive("find", 2)
+def _find(logo: Interpreter, template: Value, data: Value) -> Value:
+    for column in _columns([data]):
+        if truth(logo, _value(logo, template, column, "find")):
+            return column[0]
+    return LogoList()
+
+
+@primitive("reduce", 2)
+def _reduce(logo: Interpreter, template: Value, data: Value) -> Value:
+    members = [column[0] for column in _columns([data])]
+    if not members:
+        raise BadInputError(data)
+    result = members.pop()
+    while members:
+        result = _value(logo, template, [members.pop(), result], "reduce")
+    return result
+
+
+@primitive("foreach", 2, maximum=-1)
+def _foreach(logo: Interpreter, inputs: list[Value]) -> Result:
+    for column in _columns(inputs[:-1]):
+        result = apply_template(logo, inputs[-1], column, COMMAND)
+        if result is not None:
+            return result
+    return None

@@ -1,0 +1,134 @@
+"""What a name can stand for: a primitive, or a procedure of the user's; and what running one can come to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall, Place
+from turtlewire.logo.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.logo.values import LogoList
+
+
+class Stop:
+    """STOP: the procedure that is running ends."""
+
+    __slots__ = ()
+
+
+class Output:
+    """OUTPUT: the procedure that is running ends with this value."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: Value) -> None:
+        self.value = value
+
+
+class TailCall:
+    """The last deed of a procedure is to invoke another one, which takes its place."""
+
+    __slots__ = ("inputs", "node")
+
+    def __init__(self, node: Invocation, inputs: list[Value]) -> None:
+        self.node = node
+        self.inputs = inputs
+
+
+class RunList:
+    """What a primitive such as IF outputs to have a list run in its own place."""
+
+    __slots__ = ("instructions",)
+
+    def __init__(self, instructions: Value) -> None:
+        self.instructions = instructions
+
+
+# ``None``: a command that is done.
+Result = Union[str, int, float, "LogoList", Stop, Output, TailCall, RunList, None]
+
+
+class Primitive:
+    """A primitive: its names, how many inputs it takes, and the function that does it.
+
+    The function gets the interpreter and then the inputs, one by one; all in one list when it takes any number.
+    """
+
+    __slots__ = ("default_inputs", "function", "maximum_inputs", "minimum_inputs", "name", "takes_alternative")
+
+    def __init__(self, name: str, function: Callable[..., Result], inputs: int, minimum: int, maximum: int) -> None:
+        self.name = name
+        self.function = function
+        self.default_inputs = inputs
+        self.minimum_inputs = minimum
+        self.maximum_inputs = maximum  # -1: any number
+        self.takes_alternative = name == "if"
+
+    def call_node(self, name: str, inputs: list[Node], place: Place) -> Node:
+        """The node of the syntax tree that calls this with these inputs."""
+        kind = OutputCall if self.name == "output" else Call
+        return kind(self, name, inputs, place)
+
+
+class OptionalInput(NamedTuple):
+    """An optional input, and the list that computes its value when it is not given."""
+
+    name: str
+    default: LogoList
+
+
+class UserProcedure:
+    """A procedure that a program defined. Defining it anew changes it in place."""
+
+    __slots__ = (
+        "body", "code", "default_inputs", "inputs", "maximum_inputs", "minimum_inputs", "name", "optional",
+        "rest", "takes_alternative", "title",
+    )  # fmt: skip
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.inputs: list[str] = []
+        self.optional: list[OptionalInput] = []
+        self.rest = ""
+        self.body: tuple[LogoList, ...] = ()
+        self.title: LogoList | None = None
+        self.code: Any = None
+        self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0
+        self.takes_alternative = False
+
+    def call_node(self, name: str, inputs: list[Node], place: Place) -> Node:
+        """The node of the syntax tree that invokes this with these inputs."""
+        return Invocation(self, name, inputs, place)
+
+
+class Chapter:
+    """Collects the primitives of one chapter of the manual."""
+
+    def __init__(self) -> None:
+        self.primitives: dict[str, Primitive] = {}
+
+    def primitive(
+        self, names: str, inputs: int = 0, *, minimum: int | None = None, maximum: int | None = None
+    ) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
+        """Make a function a primitive.
+
+        Args:
+            names: its names, divided by spaces; the first is the full one.
+            inputs: how many inputs it takes without parentheses.
+            minimum: the fewest inputs within parentheses; ``inputs`` when left out.
+            maximum: the most; -1 for any number, and then the function gets them in one list.
+        """
+
+        def register(function: Callable[..., Result]) -> Callable[..., Result]:
+            spelled = names.split()
+            fewest = inputs if minimum is None else minimum
+            most = inputs if maximum is None else maximum
+            primitive = Primitive(spelled[0], function, inputs, fewest, most)
+            for name in spelled:
+                self.primitives[name] = primitive
+            return function
+
+        return register

@@ -1,0 +1,253 @@
+"""The reader: program text to lines of words and lists, each with its exact place.
+
+This is the outer half of Logo's tokenization: words end at spaces and brackets only. What is inside a word (infix
+operators, parentheses, quotes) matters only when it is run: see ``syntax``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from turtlewire.logo.errors import LogoError, Position
+from turtlewire.logo.values import LogoList, Value, backslashed, barred, plain, word
+
+_SPACES = " \t\f\v\r\0"
+_ENDS_A_WORD = frozenset(_SPACES + "\n[];|\\~()")
+
+
+class Source:
+    """The text of one file, and where its lines start."""
+
+    def __init__(self, text: str, name: str) -> None:
+        self.text = text
+        self.name = name
+
+    def position(self, offset: int) -> Position:
+        """The line and column of an offset."""
+        start = self.text.rfind("\n", 0, offset) + 1
+        end = self.text.find("\n", offset)
+        line_text = self.text[start : end if end >= 0 else len(self.text)]
+        return Position(self.name, self.text.count("\n", 0, start) + 1, offset - start + 1, line_text)
+
+
+class Definition(NamedTuple):
+    """A procedure as it stands in the source: TO, title line, body lines, END."""
+
+    title: LogoList
+    body: tuple[LogoList, ...]
+
+
+class _Open(NamedTuple):
+    """A list that has begun and not yet ended."""
+
+    offset: int
+    items: list[Value]
+    offsets: list[int]
+
+
+class LineReader:
+    """Reads one line after the other; a line goes on while brackets, bars or parentheses are open in it."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.offset = 0
+        self._procedure = ""
+
+    def read_line(self, procedure: str = "") -> LogoList | None:
+        """The next line, ``None`` at the end of the text.
+
+        Args:
+            procedure: the name of the procedure whose body is being read: its END may not come within brackets.
+
+        Raises:
+            LogoError: brackets, parentheses or bars that never end, or an unexpected ``]``.
+        """
+        text = self.source.text
+        if self.offset >= len(text):
+            return None
+        self._procedure = procedure
+        open_lists = [_Open(self.offset, [], [])]
+        open_parens: list[int] = []
+        i, size = self.offset, len(text)
+        while i < size:
+            c = text[i]
+            if c == "\n":
+                i += 1
+                if len(open_lists) == 1 and not open_parens:
+                    break
+                self._refuse_end(i, open_lists[-1].offset if len(open_lists) > 1 else open_parens[-1])
+            elif c in _SPACES:
+                i += 1
+            elif c == "[":
+                open_lists.append(_Open(i, [], []))
+                i += 1
+            elif c == "]":
+                if len(open_lists) == 1:
+                    raise self._error(26, "unexpected ']'", i)
+                done = open_lists.pop()
+                open_lists[-1].items.append(LogoList(done.items, self.source, tuple(done.offsets)))
+                open_lists[-1].offsets.append(done.offset)
+                i += 1
+            elif c == ";" or (c == "#" and text.startswith("#!", i) and (i == 0 or text[i - 1] == "\n")):
+                i = self._skip_comment(i)
+            elif c == "~" and text.startswith("~\n", i):
+                i += 2
+            else:
+                end, value = self._read_word(i, open_parens if len(open_lists) == 1 else None)
+                open_lists[-1].items.append(value)
+                open_lists[-1].offsets.append(i)
+                i = end
+        self.offset = i
+        if len(open_lists) > 1:
+            raise self._error(
+                10, "']' not found", open_lists[-1].offset, "This [ has no ] up to the end of the program."
+            )
+        if open_parens:
+            raise self._error(
+                10, "too many ('s", open_parens[-1], "This ( has no ) up to the end of the program."
+            )
+        line = open_lists[0]
+        return LogoList(line.items, self.source, tuple(line.offsets))
+
+    def _read_word(self, start: int, open_parens: list[int] | None) -> tuple[int, Value]:
+        """A word, and where it ends; parentheses are counted outside brackets only, so that lines can go on."""
+        text, size = self.source.text, len(self.source.text)
+        pieces: list[str] = []
+        as_typed = True
+        i = begin = start
+        while i < size:
+            c = text[i]
+            if c not in _ENDS_A_WORD:
+                i += 1
+                continue
+            if c in "()":
+                if open_parens is not None:
+                    if c == "(":
+                        open_parens.append(i)
+                    elif open_parens:
+                        open_parens.pop()
+                i += 1
+                continue
+            if c == "~" and not text.startswith("~\n", i):
+                i += 1
+                continue
+            pieces.append(text[begin:i])
+            if c == "|":
+                as_typed = False
+                i = self._read_bars(i, pieces)
+            elif c == "\\":
+                as_typed = False
+                pieces.append(backslashed(text[i + 1 : i + 2]))
+                i += 2
+            elif c == "~":
+                i += 2
+            elif c == ";":
+                i = self._skip_comment(i)
+                if not (text.startswith("~\n", i - 2) and i < size):
+                    begin = i
+                    break
+            else:
+                begin = i
+                break
+            begin = i
+        pieces.append(text[begin:i])
+        joined = "".join(pieces)
+        return i, (word(joined) if as_typed else joined)
+
+    def _read_bars(self, start: int, pieces: list[str]) -> int:
+        text, size = self.source.text, len(self.source.text)
+        i = start + 1
+        while i < size:
+            c = text[i]
+            if c == "|":
+                return i + 1
+            if c == "\\" and i + 1 < size:
+                i += 1
+                c = text[i]
+            pieces.append(barred(c))
+            i += 1
+        raise self._error(10, "'|' not found", start, "This | has no partner up to the end of the program.")
+
+    def _skip_comment(self, start: int) -> int:
+        """The offset of the newline that ends a comment, or behind it when the comment ends in ``~``."""
+        text = self.source.text
+        end = text.find("\n", start)
+        if end < 0:
+            return len(text)
+        return end + 1 if text[end - 1] == "~" else end
+
+    def _refuse_end(self, line_start: int, opened: int) -> None:
+        """Within a procedure, a line with nothing but END ends it: something before was left open."""
+        if not self._procedure:
+            return
+        text = self.source.text
+        line_end = text.find("\n", line_start)
+        line = text[line_start : line_end if line_end >= 0 else len(text)]
+        if line.strip().lower() == "end":
+            raise self._error(
+                33,
+                f"END inside multi-line instruction in {self._procedure}",
+                opened,
+                f"This {text[opened]} is still open when END comes.",
+            )
+
+    def _error(self, number: int, text: str, offset: int, hint: str = "") -> LogoError:
+        return LogoError(number, text, self.source.position(offset), hint)
+
+
+def read(text: str, name: str = "") -> list[LogoList | Definition]:
+    """A whole program: its top-level lines and its procedure definitions, in order.
+
+    Raises:
+        LogoError: whatever ``LineReader.read_line`` raises; a TO without END; a TO within a procedure.
+    """
+    source = Source(text.replace("\r\n", "\n").replace("\r", "\n"), name)
+    reader = LineReader(source)
+    program: list[LogoList | Definition] = []
+    while (line := reader.read_line()) is not None:
+        if not line.items:
+            continue
+        if _starts_with(line, "to"):
+            program.append(_read_definition(reader, line))
+        else:
+            program.append(line)
+    return program
+
+
+def read_list(text: str) -> LogoList:
+    """The list that a text spells, as READLIST and PARSE read it: one list, the newlines in it mere spaces."""
+    reader = LineReader(Source(text, ""))
+    items: list[Value] = []
+    while (line := reader.read_line()) is not None:
+        items.extend(line.items)
+    return LogoList(items)
+
+
+def _starts_with(line: LogoList, name: str) -> bool:
+    first = line.items[0] if line.items else None
+    return isinstance(first, str) and first.lower() == name
+
+
+def _read_definition(reader: LineReader, title: LogoList) -> Definition:
+    name = title.items[1] if len(title.items) > 1 else "to"
+    shown = plain(name) if isinstance(name, str) else "to"
+    body: list[LogoList] = []
+    while (line := reader.read_line(shown)) is not None:
+        if _starts_with(line, "end") and len(line.items) == 1:
+            return Definition(title, tuple(body))
+        if _starts_with(line, "to"):
+            began = title.source.position(title.offsets[0])
+            raise LogoError(
+                23,
+                "can't use TO inside a procedure",
+                line.source.position(line.offsets[0]),
+                f"The procedure {shown}, begun in line {began.line}, has no END before this.",
+            )
+        if line.items:
+            body.append(line)
+    raise LogoError(
+        33,
+        f"END not found for {shown}",
+        title.source.position(title.offsets[0]),
+        "This procedure has no END up to the end of the program.",
+    )

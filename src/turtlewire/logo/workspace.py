@@ -1,0 +1,97 @@
+"""Definitions: from the title line of a TO to a procedure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.errors import LogoError, does_not_like, not_enough_inputs
+from turtlewire.logo.procedures import OptionalInput, Primitive, UserProcedure
+from turtlewire.logo.values import LogoList, Value, parse_number, plain, show_in_error
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.reader import Definition
+
+
+def define_from_title(logo: Interpreter, definition: Definition) -> None:
+    """Carry out a TO.
+
+    Raises:
+        LogoError: no name, a name that is a number, a list or a primitive's, or inputs that are none.
+    """
+    title = definition.title
+    try:
+        if len(title.items) < 2:
+            raise not_enough_inputs("to")
+        define(logo, title.items[1], title.items[2:], definition.body, title)
+    except LogoError as error:
+        if error.position is None:
+            error.position = title.source.position(title.offsets[min(1, len(title.offsets) - 1)])
+        raise
+
+
+def define(
+    logo: Interpreter,
+    name: Value,
+    inputs: tuple[Value, ...],
+    body: tuple[LogoList, ...],
+    title: LogoList | None = None,
+    command: str = "to",
+) -> None:
+    """Define a procedure, or define it anew.
+
+    Raises:
+        LogoError: see ``define_from_title``; errors name ``command``.
+    """
+    if not isinstance(name, str) or parse_number(name) is not None:
+        raise does_not_like(command, show_in_error(name), number=4)
+    key = plain(name).lower()
+    procedure = logo.procedures.get(key)
+    if isinstance(procedure, Primitive):
+        raise LogoError(15, f"{plain(name)} is already defined", hint="It is a primitive: choose another name.")
+    fresh = UserProcedure(plain(name))
+    fresh.default_inputs = -1
+    for each in inputs:
+        _add_input(fresh, each, command)
+    fresh.minimum_inputs = len(fresh.inputs)
+    if fresh.default_inputs < 0:
+        fresh.default_inputs = fresh.minimum_inputs
+    fresh.maximum_inputs = -1 if fresh.rest else len(fresh.inputs) + len(fresh.optional)
+    fresh.body = body
+    fresh.title = title
+    if procedure is None:
+        logo.procedures[key] = fresh
+    else:
+        for slot in UserProcedure.__slots__:
+            setattr(procedure, slot, getattr(fresh, slot))
+    logo.epoch += 1
+
+
+def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
+    if isinstance(each, str | int | float) and not procedure.rest:
+        text = str(each)
+        if not isinstance(each, str):
+            if procedure.optional:
+                raise does_not_like(command, text, number=4)
+            # A number behind the inputs sets how many inputs are taken without parentheses.
+            procedure.default_inputs = int(each)
+            return
+        if not procedure.optional:
+            procedure.inputs.append(_input_name(text))
+            return
+    elif isinstance(each, LogoList) and each.items and not procedure.rest and isinstance(each.items[0], str):
+        name = _input_name(each.items[0])
+        if len(each.items) == 1:
+            procedure.rest = name
+        else:
+            procedure.optional.append(OptionalInput(name, _tail(each)))
+        return
+    raise does_not_like(command, show_in_error(each), number=4)
+
+
+def _tail(items: LogoList) -> LogoList:
+    return LogoList(items.items[1:], items.source, items.offsets[1:])
+
+
+def _input_name(text: str) -> str:
+    return plain(text).lstrip(':"').lower()
