@@ -1,1 +1,1 @@
-"""WALTER Serial Command Protocol: Logo control and direct control (PROTOCOLS.md section 3)."""
+"""WALTER Serial Command Protocol: Logo control and direct control (docs/protocols/walter.md)."""
