@@ -56,7 +56,7 @@ class SimulatedWalter:
         )
         self._from_host = Line(settings.baud)
         self._to_host = Line(settings.baud)
-        self._true = settings.start or settings.world.start
+        self._true = (settings.start or settings.world.start).turned(0.0)  # its heading may be any number
         self._odometer = HOME
         self._trace = Trace(self._true)
         self._motion: Motion | None = None
