@@ -118,5 +118,7 @@ def unknown_procedure(name: str, known_names: Sequence[str] = ()) -> LogoError:
 def stack_overflow() -> LogoError:
     """Procedures called one another too deep, or brackets are nested too deep."""
     return LogoError(
-        2, "stack overflow", hint="A procedure calls itself without an end, or far too deep: does it ever stop?"
+        2,
+        "stack overflow",
+        hint="A procedure calls itself without an end, or far too deep: does it ever stop?",
     )

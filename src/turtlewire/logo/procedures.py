@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall, Place
-from turtlewire.logo.values import Value
+from turtlewire.logo.values import LogoList
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from turtlewire.logo.values import LogoList
+    from turtlewire.logo.values import Value
 
 
 class Stop:
@@ -48,7 +48,9 @@ class RunList:
 
 
 # ``None``: a command that is done.
-Result = Union[str, int, float, "LogoList", Stop, Output, TailCall, RunList, None]
+Result = str | int | float | LogoList | Stop | Output | TailCall | RunList | None
+
+Function = TypeVar("Function", bound="Callable[..., Result]")
 
 
 class Primitive:
@@ -57,9 +59,18 @@ class Primitive:
     The function gets the interpreter and then the inputs, one by one; all in one list when it takes any number.
     """
 
-    __slots__ = ("default_inputs", "function", "maximum_inputs", "minimum_inputs", "name", "takes_alternative")
+    __slots__ = (
+        "default_inputs",
+        "function",
+        "maximum_inputs",
+        "minimum_inputs",
+        "name",
+        "takes_alternative",
+    )
 
-    def __init__(self, name: str, function: Callable[..., Result], inputs: int, minimum: int, maximum: int) -> None:
+    def __init__(
+        self, name: str, function: Callable[..., Result], inputs: int, minimum: int, maximum: int
+    ) -> None:
         self.name = name
         self.function = function
         self.default_inputs = inputs
@@ -112,7 +123,7 @@ class Chapter:
 
     def primitive(
         self, names: str, inputs: int = 0, *, minimum: int | None = None, maximum: int | None = None
-    ) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
+    ) -> Callable[[Function], Function]:
         """Make a function a primitive.
 
         Args:
@@ -122,7 +133,7 @@ class Chapter:
             maximum: the most; -1 for any number, and then the function gets them in one list.
         """
 
-        def register(function: Callable[..., Result]) -> Callable[..., Result]:
+        def register(function: Function) -> Function:
             spelled = names.split()
             fewest = inputs if minimum is None else minimum
             most = inputs if maximum is None else maximum

@@ -7,7 +7,7 @@ when no space follows it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Union
+from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.logo.errors import LogoError, not_enough_inputs, too_many_inputs, unknown_procedure
 from turtlewire.logo.values import LogoList, Value, parse_number, plain, to_text, without_backslashes, word
@@ -105,7 +105,7 @@ class Pending:
         self.place = place
 
 
-Node = Union[Literal, Variable, Call, OutputCall, Invocation, Unknown, Failure, Pending]
+Node = Literal | Variable | Call | OutputCall | Invocation | Unknown | Failure | Pending
 
 
 class Code:
@@ -185,7 +185,9 @@ def _split(text: str, tokens: list[Token], source: Source | None, offset: int) -
         elif c in _DELIMITERS:
             operator = text[i : i + 2] if text[i : i + 2] in PRECEDENCE else c
             end = i + len(operator)
-            after_operator = i == 0 or (bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind == "("))
+            after_operator = i == 0 or (
+                bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind == "(")
+            )
             if c == "-" and end < size and after_operator:
                 end = _negative(text, i, tokens, place)
             else:
@@ -349,7 +351,12 @@ class Parser:
         if self.is_variable is None:
             raise _UnknownNameError
         key = plain(name).lower()
-        if len(key) > 3 and key.startswith("set") and self.is_variable(key[3:]) and self._kind() not in ("", ")"):
+        if (
+            len(key) > 3
+            and key.startswith("set")
+            and self.is_variable(key[3:])
+            and self._kind() not in ("", ")")
+        ):
             make = self.procedures["make"]
             value = self._expression(0, name)
             return make.call_node("make", [Literal(key[3:], token.place), value], token.place)

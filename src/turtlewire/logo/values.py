@@ -9,7 +9,7 @@ moving them to code points of plane 16, and ``plain`` moves them back.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -41,7 +41,9 @@ class LogoList:
 
     __slots__ = ("code", "items", "offsets", "source")
 
-    def __init__(self, items: Iterable[Value] = (), source: Any = None, offsets: tuple[int, ...] = ()) -> None:
+    def __init__(
+        self, items: Iterable[Value] = (), source: Any = None, offsets: tuple[int, ...] = ()
+    ) -> None:
         self.items: tuple[Value, ...] = tuple(items)
         self.source = source
         self.offsets = offsets
@@ -54,8 +56,8 @@ class LogoList:
         return f"LogoList({show(self)})"
 
 
-Number = Union[int, float]
-Value = Union[str, int, float, LogoList]
+Number = int | float
+Value = str | int | float | LogoList
 VALUE_TYPES = frozenset((str, int, float, LogoList))
 
 

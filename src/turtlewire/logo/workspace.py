@@ -48,7 +48,9 @@ def define(
     key = plain(name).lower()
     procedure = logo.procedures.get(key)
     if isinstance(procedure, Primitive):
-        raise LogoError(15, f"{plain(name)} is already defined", hint="It is a primitive: choose another name.")
+        raise LogoError(
+            15, f"{plain(name)} is already defined", hint="It is a primitive: choose another name."
+        )
     fresh = UserProcedure(plain(name))
     fresh.default_inputs = -1
     for each in inputs:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from turtlewire.logo.primitives import (
     arithmetic,
     communication,
@@ -13,7 +15,9 @@ from turtlewire.logo.primitives import (
     templates,
     workspace,
 )
-from turtlewire.logo.procedures import Primitive
+
+if TYPE_CHECKING:
+    from turtlewire.logo.procedures import Primitive
 
 PRIMITIVES: dict[str, Primitive] = {}
 for _chapter in (arithmetic, communication, control, data, graphics, logic, robot, templates, workspace):

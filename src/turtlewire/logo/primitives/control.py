@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, did_not_output
 from turtlewire.logo.evaluator import COMMAND, OPERATION, BadInputError, ThrowError
-from turtlewire.logo.primitives.inputs import key, natural, number, text, truth
+from turtlewire.logo.primitives.inputs import key, natural, number, truth
 from turtlewire.logo.procedures import Chapter, Output, Result, RunList, Stop
-from turtlewire.logo.values import VALUE_TYPES, LogoList, Number, Value, narrowed, plain, to_words
+from turtlewire.logo.syntax import Call, Invocation
+from turtlewire.logo.values import VALUE_TYPES, LogoList, Number, Value, narrowed, to_words
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -160,10 +161,8 @@ def _for(logo: Interpreter, control: Value, instructions: Value) -> Result:
         raise BadInputError(control)
     name = key(members[0])
     start, end = _loop_number(logo, members[1]), _loop_number(logo, members[2])
-    if len(members) == 4:
-        step = _loop_number(logo, members[3])
-    else:
-        step = 1 if end >= start else -1
+    ascending = 1 if end >= start else -1
+    step = _loop_number(logo, members[3]) if len(members) == 4 else ascending
     # The variable is the loop's own; the program may change it, and what it had before comes back.
     before = logo.variables.get(name)
     level = logo.levels.enter(_rounds(start, end, step))
@@ -193,7 +192,9 @@ def _rounds(start: Number, end: Number, step: Number) -> int:
     return int(rounds) if 1 <= rounds < 1e9 else 1
 
 
-def _while(logo: Interpreter, condition: Value, instructions: Value, *, wanted: bool, test_first: bool) -> Result:
+def _while(
+    logo: Interpreter, condition: Value, instructions: Value, *, wanted: bool, test_first: bool
+) -> Result:
     if test_first and truth_of(logo, condition) is not wanted:
         return None
     while True:
@@ -208,7 +209,8 @@ def truth_of(logo: Interpreter, condition: Value) -> bool:
     """The truth that an instruction list outputs; a mere word is run too, so that a forgotten bracket is told."""
     value = logo.value_of(condition)
     if value is None:
-        raise did_not_output(to_words(condition), "while")
+        last = logo.parsed(condition).last
+        raise did_not_output(last.name if isinstance(last, Call | Invocation) else "[]", "while")
     return truth(logo, value)
 
 
@@ -259,7 +261,9 @@ def _catch(logo: Interpreter, tag: Value, instructions: Value) -> Result:
 def _throw(_logo: Interpreter, tag: Value, value: Value | None = None) -> None:
     wanted = key(tag)
     if wanted == "error":
-        raise LogoError(35 if value is not None else 21, to_words(value) if value is not None else "Throw \"Error")
+        raise LogoError(
+            35 if value is not None else 21, to_words(value) if value is not None else 'Throw "Error'
+        )
     raise ThrowError(wanted, value)
 
 

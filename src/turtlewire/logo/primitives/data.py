@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.evaluator import BadInputError
-from turtlewire.logo.primitives.inputs import answer, integer, items, number, text
+from turtlewire.logo.primitives.inputs import answer, integer, items, text
 from turtlewire.logo.procedures import Chapter
 from turtlewire.logo.reader import read_list
 from turtlewire.logo.syntax import tokenize
@@ -15,13 +15,9 @@ from turtlewire.logo.values import (
     LogoList,
     Value,
     equal,
-    narrowed,
-    parse_number,
     plain,
-    show,
     to_number,
     to_text,
-    to_words,
     word,
 )
 
@@ -83,7 +79,7 @@ def _lput(_logo: Interpreter, thing: Value, onto: Value) -> Value:
 
 
 @primitive("combine", 2)
-def _combine(logo: Interpreter, thing: Value, onto: Value) -> Value:
+def _combine(_logo: Interpreter, thing: Value, onto: Value) -> Value:
     if isinstance(onto, LogoList):
         return LogoList((thing, *onto.items))
     return word(text(thing) + to_text(onto))
@@ -243,6 +239,8 @@ def _beforep(logo: Interpreter, a: Value, b: Value) -> Value:
 
 @primitive("memberp member?", 2)
 def _memberp(logo: Interpreter, thing: Value, value: Value) -> Value:
+    if not isinstance(value, LogoList) and (isinstance(thing, LogoList) or len(to_text(thing)) != 1):
+        return answer(condition=False)
     return answer(condition=_find(logo, thing, value) >= 0)
 
 

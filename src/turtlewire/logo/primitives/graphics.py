@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 chapter = Chapter()
 primitive = chapter.primitive
 
+_EXACT = 1e15
+
 
 def _millimetres(logo: Interpreter, steps: Value) -> float:
     distance = number(steps) * logo.step_mm
@@ -24,19 +26,17 @@ def _millimetres(logo: Interpreter, steps: Value) -> float:
     return float(distance)
 
 
-def _steps(logo: Interpreter, millimetres: float) -> Number:
-    """Millimetres in turtle steps, without the noise of the division's last digits."""
-    steps = float(f"{millimetres / logo.step_mm:.12g}")
-    return int(steps) if steps.is_integer() and abs(steps) < 1e15 else steps
+def _whole_if_exact(value: float) -> Number:
+    return int(value) if value.is_integer() and abs(value) < _EXACT else value
+
+
+def _coordinate(logo: Interpreter, millimetres: float) -> Number:
+    """A coordinate in turtle steps, to six decimals as in UCBLogo: the noise of sines and cosines is not to be seen."""
+    return _whole_if_exact(round(millimetres / logo.step_mm, 6))
 
 
 def _degrees(angle: Value) -> float:
     return float(number(angle))
-
-
-def _as_angle(degrees: float) -> Number:
-    rounded = float(f"{degrees:.12g}")
-    return int(rounded) if rounded.is_integer() else rounded
 
 
 def _place(logo: Interpreter, a: Value, b: Value | None) -> tuple[float, float]:
@@ -107,32 +107,32 @@ def _arc(logo: Interpreter, angle: Value, radius: Value) -> None:
 @primitive("pos", 0)
 def _pos(logo: Interpreter) -> Value:
     pose = logo.turtle.pose
-    return LogoList((_steps(logo, pose.x_mm), _steps(logo, pose.y_mm)))
+    return LogoList((_coordinate(logo, pose.x_mm), _coordinate(logo, pose.y_mm)))
 
 
 @primitive("xcor", 0)
 def _xcor(logo: Interpreter) -> Value:
-    return _steps(logo, logo.turtle.pose.x_mm)
+    return _coordinate(logo, logo.turtle.pose.x_mm)
 
 
 @primitive("ycor", 0)
 def _ycor(logo: Interpreter) -> Value:
-    return _steps(logo, logo.turtle.pose.y_mm)
+    return _coordinate(logo, logo.turtle.pose.y_mm)
 
 
 @primitive("heading", 0)
 def _heading(logo: Interpreter) -> Value:
-    return _as_angle(logo.turtle.pose.heading_deg)
+    return _whole_if_exact(logo.turtle.pose.heading_deg)
 
 
 @primitive("towards", 1, maximum=2)
 def _towards(logo: Interpreter, a: Value, b: Value | None = None) -> Value:
-    return _as_angle(logo.turtle.towards(*_place(logo, a, b)))
+    return _whole_if_exact(logo.turtle.towards(*_place(logo, a, b)))
 
 
 @primitive("distance", 1, maximum=2)
 def _distance(logo: Interpreter, a: Value, b: Value | None = None) -> Value:
-    return _steps(logo, logo.turtle.pose.distance_to(*_place(logo, a, b)))
+    return _whole_if_exact(logo.turtle.pose.distance_to(*_place(logo, a, b)) / logo.step_mm)
 
 
 @primitive("penup pu", 0)
@@ -163,3 +163,8 @@ def _clearscreen(logo: Interpreter) -> None:
 @primitive("hideturtle ht showturtle st", 0)
 def _show_or_hide(_logo: Interpreter) -> None:
     """A robot is always to be seen."""
+
+
+@primitive("shownp shown?", 0)
+def _shownp(_logo: Interpreter) -> Value:
+    return answer(condition=True)

@@ -36,12 +36,12 @@ def _hornhi(logo: Interpreter) -> None:
 
 @primitive("eyeson", 0)
 def _eyeson(logo: Interpreter) -> None:
-    logo.turtle.lamp(True)
+    logo.turtle.lamp(on=True)
 
 
 @primitive("eyesoff", 0)
 def _eyesoff(logo: Interpreter) -> None:
-    logo.turtle.lamp(False)
+    logo.turtle.lamp(on=False)
 
 
 @primitive("setspeed", 1)

@@ -89,7 +89,10 @@ def _invoke(logo: Interpreter, inputs: list[Value]) -> Result:
 
 def _columns(inputs: list[Value]) -> list[list[Value]]:
     """The members of several lists or words, side by side; all must be equally long."""
-    rows = [list(each.items) if isinstance(each, LogoList) else [word(c) for c in to_text(each)] for each in inputs]
+    rows = [
+        list(each.items) if isinstance(each, LogoList) else [word(c) for c in to_text(each)]
+        for each in inputs
+    ]
     for each, row in zip(inputs, rows, strict=True):
         if len(row) != len(rows[0]):
             raise BadInputError(each)
@@ -107,19 +110,15 @@ def _like(model: Value, members: list[Value]) -> Value:
 
 @primitive("map", 2, maximum=-1)
 def _map(logo: Interpreter, inputs: list[Value]) -> Value:
-    results: list[Value] = []
-    for column in _columns(inputs[1:]):
-        results.append(_value(logo, inputs[0], column, "map"))
-    return _like(inputs[1], results)
+    return _like(inputs[1], [_value(logo, inputs[0], column, "map") for column in _columns(inputs[1:])])
 
 
 @primitive("filter", 2)
 def _filter(logo: Interpreter, template: Value, data: Value) -> Value:
-    kept: list[Value] = []
-    for column in _columns([data]):
-        if truth(logo, _value(logo, template, column, "filter")):
-            kept.append(column[0])
-    return _like(data, kept)
+    def keeps(column: list[Value]) -> bool:
+        return truth(logo, _value(logo, template, column, "filter"))
+
+    return _like(data, [column[0] for column in _columns([data]) if keeps(column)])
 
 
 @primitive("find", 2)

@@ -72,7 +72,9 @@ def _global(_logo: Interpreter, inputs: list[Value]) -> None:
 @primitive("to", 1, minimum=0, maximum=-1)
 def _to(_logo: Interpreter, _inputs: list[Value]) -> None:
     raise LogoError(
-        23, "can't use TO inside a procedure", hint="TO must be the first word of a line, outside of brackets."
+        23,
+        "can't use TO inside a procedure",
+        hint="TO must be the first word of a line, outside of brackets.",
     )
 
 

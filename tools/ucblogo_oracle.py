@@ -1,0 +1,112 @@
+"""Let UCBLogo supply, or check again, what the programs in tests/vectors/logo do.
+
+Usage:
+    python tools/ucblogo_oracle.py check           compare every case with the installed UCBLogo
+    python tools/ucblogo_oracle.py record          write UCBLogo's answers into the cases
+
+Needs Debian's packages ucblogo and xvfb. A case says what UCBLogo does (``output`` and ``error``); where turtlewire
+differs on purpose it also has ``differs`` (why) and ``ours`` (what turtlewire does instead).
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+VECTORS = Path(__file__).resolve().parent.parent / "tests" / "vectors" / "logo"
+ORIGIN = "ucblogo 6.2.2"
+_MARK = "@@error"
+_TIMEOUT_S = 20
+
+
+def _main_program(folder: Path, index: int) -> str:
+    """The lines that run one case and write what it printed, and its error if there was one, to a file."""
+    return "\n".join(
+        [
+            f'openwrite "{folder}/out{index}',
+            f'setwrite "{folder}/out{index}',
+            "cs",
+            f'catch "error [load "{folder}/case{index}.lg]',
+            'make "..e error',
+            f'if not emptyp :..e [print "{_MARK} print item 1 :..e print item 2 :..e show item 3 :..e]',
+            "setwrite []",
+            f'close "{folder}/out{index}',
+            "erall",
+        ]
+    )
+
+
+def ask(programs: list[str]) -> list[dict[str, Any] | None]:
+    """What UCBLogo does with each program; ``None`` where it did not come back (an uncaught THROW ends it)."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for index, program in enumerate(programs):
+            (folder / f"case{index}.lg").write_text(program + "\n", encoding="utf-8")
+        lines = [_main_program(folder, index) for index in range(len(programs))]
+        (folder / "main.lg").write_text("\n".join([*lines, "bye", ""]), encoding="utf-8")
+        command = ["xvfb-run", "-a", "timeout", str(_TIMEOUT_S), "ucblogo", str(folder / "main.lg")]
+        subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        return [_read_answer(folder / f"out{index}", folder / f"out{index + 1}") for index in range(len(programs))]
+
+
+def _read_answer(path: Path, following: Path) -> dict[str, Any] | None:
+    if not path.exists():
+        return None
+    text = path.read_text(encoding="utf-8", errors="replace")
+    output, marked, error = text.rpartition(f"{_MARK}\n")
+    if not marked:
+        # Nothing tells an unfinished case from a silent one but whether UCBLogo went on to the next.
+        return {"output": text, "error": None} if text or following.exists() else None
+    number, sentence, procedure = error.rstrip("\n").rsplit("\n", 2) if error.count("\n") > 2 else error.split("\n")[:3]
+    return {
+        "output": output,
+        "error": {
+            "number": int(number),
+            "text": " ".join(sentence.split()),
+            "procedure": None if procedure == "[]" else procedure,
+        },
+    }
+
+
+def ask_all(programs: list[str]) -> list[dict[str, Any] | None]:
+    """Ask in one process as far as it lives, and go on in a new one behind the program that ended it."""
+    answers: list[dict[str, Any] | None] = []
+    while len(answers) < len(programs):
+        rest = ask(programs[len(answers) :])
+        alive = next((i for i, answer in enumerate(rest) if answer is None), len(rest))
+        answers += rest[:alive]
+        if alive < len(rest):
+            answers.append(None)
+    return answers
+
+
+def main(arguments: list[str]) -> int:
+    """Check or record; the exit code is 1 when something differs."""
+    if arguments not in (["check"], ["record"]):
+        print(__doc__)
+        return 2
+    wrong = 0
+    for path in sorted(VECTORS.glob("*.json")):
+        document = json.loads(path.read_text(encoding="utf-8"))
+        cases = document["cases"]
+        answers = ask_all([case["program"] for case in cases])
+        for case, answer in zip(cases, answers, strict=True):
+            now = answer or {"output": None, "error": None}
+            if arguments == ["record"]:
+                case.update(now)
+            elif {"output": case["output"], "error": case["error"]} != now:
+                wrong += 1
+                print(f"{path.name} {case['id']}: recorded {case['output']!r} {case['error']}, now {now}")
+        if arguments == ["record"]:
+            document["origin"] = ORIGIN
+            path.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        print(f"{path.name}: {len(cases)} cases")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
