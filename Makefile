@@ -53,7 +53,9 @@ pictures: $(PICTURES) ## draw every example into docs/pictures
 
 docs/pictures/%.svg: examples/%.logo $(RUNTIME)
 	@mkdir -p $(@D)
-	@$(BIN)/turtlewire run $< --picture $@
+	@$(BIN)/turtlewire run $< --picture $@ $(RUN_OPTIONS)
+
+docs/pictures/maze.svg: RUN_OPTIONS = --port 'sim:walter?arena=examples/maze.toml'
 
 clean: ## remove everything that can be made again
 	@rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage build dist

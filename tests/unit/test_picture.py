@@ -12,6 +12,7 @@ import sys
 import time
 import zlib
 from itertools import accumulate
+from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
@@ -24,7 +25,6 @@ from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 SVG = "{http://www.w3.org/2000/svg}"
 WHITE = (255, 255, 255)
@@ -443,9 +443,18 @@ def test_save_png(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(("name", "shown"), [("a.jpg", ".jpg"), ("a", ""), ("svg", ""), ("a.svg.gz", ".gz")])
 def test_an_unknown_format_is_a_wrong_usage(tmp_path: Path, name: str, shown: str) -> None:
     message = f"unknown picture format '{shown}': use .svg or .png"
-    for act in (picture.format_of, lambda path: picture.save(Trace(), path)):
+    for act in (picture.format_of, picture.check, lambda path: picture.save(Trace(), path)):
         with pytest.raises(UsageError, match=re.escape(message)):
             act(tmp_path / name)
+    assert names(tmp_path) == []
+
+
+def test_check_sees_early_what_save_would_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    picture.check(tmp_path / "a.svg")
+    picture.check(Path("a.png"))
+    with pytest.raises(OutputError, match="cannot write the picture .*there is no folder there; make it first"):
+        picture.check(Path("there/a.svg"))
     assert names(tmp_path) == []
 
 
