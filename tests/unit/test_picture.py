@@ -453,7 +453,7 @@ def test_check_sees_early_what_save_would_say(tmp_path: Path, monkeypatch: pytes
     monkeypatch.chdir(tmp_path)
     picture.check(tmp_path / "a.svg")
     picture.check(Path("a.png"))
-    with pytest.raises(OutputError, match="cannot write the picture .*there is no folder there; make it first"):
+    with pytest.raises(OutputError, match="there is no folder there; make it first"):
         picture.check(Path("there/a.svg"))
     assert names(tmp_path) == []
 
