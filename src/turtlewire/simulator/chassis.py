@@ -43,12 +43,14 @@ def drive(pose: Pose, wheels: Wheels, track_mm: float) -> Pose:
     if left == right:
         return pose.moved(left)
     middle = (left + right) / 2.0
-    angle = (left - right) / track_mm
-    half_deg = math.degrees(angle) / 2.0
+    half = (left - right) / track_mm / 2.0
+    half_deg = math.degrees(half)
     x, y = pose.x_mm, pose.y_mm
     if middle:
         dx, dy = direction(pose.heading_deg + half_deg)
-        chord = middle * math.sin(angle / 2.0) / (angle / 2.0)
+        chord = (
+            middle * math.sin(half) / half if half else middle
+        )  # a difference may be too small to divide by
         x, y = x + chord * dx, y + chord * dy
     return Pose(x, y, round((pose.heading_deg + 2.0 * half_deg) % 360.0, HEADING_DECIMALS) % 360.0)
 

@@ -40,6 +40,10 @@ def test_an_arc_in_pieces_ends_where_the_whole_one_does() -> None:
     assert pose == pytest.approx(whole, abs=1e-6)
 
 
+def test_the_smallest_difference_there_is_is_no_turn() -> None:
+    assert drive(HOME, Wheels(0.0, 5e-324), TRACK_MM) == HOME
+
+
 def test_headings_stay_whole_over_many_turns() -> None:
     chassis, pose = Chassis(90.0, TRACK_MM), HOME
     for _ in range(1000):
