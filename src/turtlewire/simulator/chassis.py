@@ -48,9 +48,8 @@ def drive(pose: Pose, wheels: Wheels, track_mm: float) -> Pose:
     x, y = pose.x_mm, pose.y_mm
     if middle:
         dx, dy = direction(pose.heading_deg + half_deg)
-        chord = (
-            middle * math.sin(half) / half if half else middle
-        )  # a difference may be too small to divide by
+        # A difference of travel may be too small to divide by.
+        chord = middle * (math.sin(half) / half if half else 1.0)
         x, y = x + chord * dx, y + chord * dy
     return Pose(x, y, round((pose.heading_deg + 2.0 * half_deg) % 360.0, HEADING_DECIMALS) % 360.0)
 
