@@ -103,7 +103,7 @@ def unused_value(shown: str, *, from_procedure: bool = False) -> LogoError:
 
 def no_value(name: str, known_names: Sequence[str] = ()) -> LogoError:
     """A variable without a value."""
-    error = LogoError(11, f"{name} has no value")
+    error = LogoError(11, f"{name or '||'} has no value")
     error.wrong_name, error.known_names = name, known_names
     return error
 

@@ -47,7 +47,7 @@ BODY = 1  # the same, directly within a procedure's body: OUTPUT ends the proced
 LAST = 2  # the same, and nothing of the procedure comes after it
 OPERATION = 3  # it must output
 
-MAX_DEPTH = 100_000  # procedures within procedures; deeper is a program that never ends
+MAX_DEPTH = 30_000  # procedures within procedures; deeper is a program that never ends
 _FRAMES = 10 * MAX_DEPTH  # Python calls that this may take
 
 
@@ -147,9 +147,10 @@ class Interpreter:
                     self.run_list(line, COMMAND)
         except ThrowError as thrown:
             if thrown.tag != "toplevel":
-                raise self._placed(LogoError(14, f"Can't find catch tag for {thrown.tag}"), None) from None
+                error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
+                raise self._placed(error, self._place_now()) from None
         except RecursionError:
-            raise self._placed(errors.stack_overflow(), None) from None
+            raise self._placed(errors.stack_overflow(), self._place_now()) from None
         self.levels.finish()
 
     def _reset(self) -> None:
@@ -172,9 +173,12 @@ class Interpreter:
     @property
     def position(self) -> Position | None:
         """Where in the program the evaluator is, ``None`` before it has begun. Safe to ask from another thread."""
-        node = self._node
-        place = node.place if node is not None else None
+        place = self._place_now()
         return place[0].position(place[1]) if place is not None else None
+
+    def _place_now(self) -> Place:
+        node = self._node
+        return node.place if node is not None else None
 
     # --- instruction lists ------------------------------------------------------------------------------------
 
@@ -400,6 +404,8 @@ class Interpreter:
         """Give the inputs their values; what the names meant before is remembered once per running procedure."""
         variables, hidden = self.variables, self._hidden
         count = len(procedure.inputs)
+        if procedure.is_erased:
+            raise errors.unknown_procedure(name, list(self.procedures))
         if len(inputs) < count:  # only when it was defined anew since the call was parsed
             raise errors.not_enough_inputs(name)
         index = 0

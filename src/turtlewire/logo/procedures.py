@@ -95,7 +95,7 @@ class UserProcedure:
     """A procedure that a program defined. Defining it anew changes it in place."""
 
     __slots__ = (
-        "body", "code", "default_inputs", "inputs", "maximum_inputs", "minimum_inputs", "name", "optional",
+        "body", "code", "default_inputs", "inputs", "is_erased", "maximum_inputs", "minimum_inputs", "name", "optional",
         "rest", "takes_alternative", "title",
     )  # fmt: skip
 
@@ -109,6 +109,7 @@ class UserProcedure:
         self.code: Any = None
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0
         self.takes_alternative = False
+        self.is_erased = False  # code that was parsed before may still refer to it
 
     def call_node(self, name: str, inputs: list[Node], place: Place) -> Node:
         """The node of the syntax tree that invokes this with these inputs."""

@@ -186,7 +186,7 @@ def _split(text: str, tokens: list[Token], source: Source | None, offset: int) -
             operator = text[i : i + 2] if text[i : i + 2] in PRECEDENCE else c
             end = i + len(operator)
             after_operator = i == 0 or (
-                bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind == "(")
+                bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind in ("(", NEGATE))
             )
             if c == "-" and end < size and after_operator:
                 end = _negative(text, i, tokens, place)

@@ -152,17 +152,20 @@ def show(value: Value) -> str:
     # Iterative: lists may be nested deeper than any stack.
     pieces = ["["]
     open_lists = [iter(value.items)]
+    is_first = True
     while open_lists:
         for item in open_lists[-1]:
-            if pieces[-1] != "[":
+            if not is_first:
                 pieces.append(" ")
+            is_first = isinstance(item, LogoList)
             if isinstance(item, LogoList):
                 pieces.append("[")
                 open_lists.append(iter(item.items))
                 break
-            pieces.append(plain(to_text(item)) or "||")
+            pieces.append(plain(to_text(item)))
         else:
             open_lists.pop()
+            is_first = False
             pieces.append("]")
     return "".join(pieces)
 

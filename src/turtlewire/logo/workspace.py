@@ -44,13 +44,12 @@ def define(
         LogoError: see ``define_from_title``; errors name ``command``.
     """
     if not isinstance(name, str) or parse_number(name) is not None:
-        raise does_not_like(command, show_in_error(name), number=4)
+        raise does_not_like(command, show_in_error(name), number=4 if command == "to" else 7)
     key = plain(name).lower()
     procedure = logo.procedures.get(key)
     if isinstance(procedure, Primitive):
-        raise LogoError(
-            15, f"{plain(name)} is already defined", hint="It is a primitive: choose another name."
-        )
+        number, problem = (15, "already defined") if command == "to" else (22, "a primitive")
+        raise LogoError(number, f"{plain(name)} is {problem}", hint="It is a primitive: choose another name.")
     fresh = UserProcedure(plain(name))
     fresh.default_inputs = -1
     for each in inputs:
@@ -70,25 +69,19 @@ def define(
 
 
 def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
-    if isinstance(each, str | int | float) and not procedure.rest:
-        text = str(each)
-        if not isinstance(each, str):
-            if procedure.optional:
-                raise does_not_like(command, text, number=4)
-            # A number behind the inputs sets how many inputs are taken without parentheses.
-            procedure.default_inputs = int(each)
-            return
-        if not procedure.optional:
-            procedure.inputs.append(_input_name(text))
-            return
+    """Add one member of a title line: ``:required``, then ``[:optional default]``, ``[:rest]``, a number of inputs."""
+    if isinstance(each, int | float):
+        procedure.default_inputs = int(each)  # how many inputs are taken without parentheses
+    elif isinstance(each, str) and not procedure.optional and not procedure.rest:
+        procedure.inputs.append(_input_name(each))
     elif isinstance(each, LogoList) and each.items and not procedure.rest and isinstance(each.items[0], str):
         name = _input_name(each.items[0])
         if len(each.items) == 1:
             procedure.rest = name
         else:
             procedure.optional.append(OptionalInput(name, _tail(each)))
-        return
-    raise does_not_like(command, show_in_error(each), number=4)
+    else:
+        raise does_not_like(command, show_in_error(each), number=4)
 
 
 def _tail(items: LogoList) -> LogoList:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import does_not_like
 from turtlewire.logo.evaluator import BadInputError
 from turtlewire.logo.primitives.inputs import answer, integer, natural, number
 from turtlewire.logo.procedures import Chapter
-from turtlewire.logo.values import LogoList, Number, Value, narrowed, show_in_error
+from turtlewire.logo.values import LogoList, Number, Value, narrowed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -156,11 +155,18 @@ def _ln(_logo: Interpreter, a: Value) -> Number:
     return _real(a, math.log)
 
 
+# The sines that people know by heart are exact, so that they compare equal.
+_SINES = {0.0: 0.0, 30.0: 0.5, 90.0: 1.0, 150.0: 0.5, 180.0: 0.0, 210.0: -0.5, 270.0: -1.0, 330.0: -0.5}
+
+
 def _sine_of(degrees: float) -> float:
-    """Exact at the multiples of 30 degrees that have a simple sine, where people look for it."""
     turned = degrees % 360.0
-    known = {0.0: 0.0, 30.0: 0.5, 90.0: 1.0, 150.0: 0.5, 180.0: 0.0, 210.0: -0.5, 270.0: -1.0, 330.0: -0.5}
-    return known[turned] if turned in known else math.sin(math.radians(turned))
+    return _SINES[turned] if turned in _SINES else math.sin(math.radians(degrees))
+
+
+def _cosine_of(degrees: float) -> float:
+    turned = (degrees + 90.0) % 360.0
+    return _SINES[turned] if turned in _SINES else math.cos(math.radians(degrees))
 
 
 @primitive("sin", 1)
@@ -170,15 +176,15 @@ def _sin(_logo: Interpreter, a: Value) -> Number:
 
 @primitive("cos", 1)
 def _cos(_logo: Interpreter, a: Value) -> Number:
-    return _real(a, lambda degrees: _sine_of(degrees + 90.0))
+    return _real(a, _cosine_of)
 
 
 @primitive("tan", 1)
 def _tan(_logo: Interpreter, a: Value) -> Number:
     def tangent(degrees: float) -> float:
-        sine, cosine = _sine_of(degrees), _sine_of(degrees + 90.0)
+        sine, cosine = _sine_of(degrees), _cosine_of(degrees)
         if cosine == 0.0:
-            raise BadInputError(a)
+            raise ValueError
         return math.copysign(1.0, sine * cosine) if degrees % 90.0 == 45.0 else sine / cosine
 
     return _real(a, tangent)
@@ -318,6 +324,8 @@ def _ashift(_logo: Interpreter, a: Value, b: Value) -> Number:
 
 @primitive("form", 3)
 def _form(_logo: Interpreter, a: Value, width: Value, precision: Value) -> Value:
-    if natural(precision) > 100 or natural(width) > 1000:
-        raise does_not_like("form", show_in_error(precision))
+    if natural(width) > 1000:
+        raise BadInputError(width)
+    if natural(precision) > 100:
+        raise BadInputError(precision)
     return f"{number(a):{natural(width) or ''}.{natural(precision)}f}"

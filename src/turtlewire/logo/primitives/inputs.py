@@ -63,7 +63,7 @@ def truth(logo: Interpreter, value: Value) -> bool:
     if isinstance(value, LogoList):
         result = logo.value_of(value)
         if result is None:
-            raise BadInputError(value)
+            raise BadInputError("nothing")
         found = result
     lowered = found.lower() if isinstance(found, str) else ""
     if lowered == TRUE:

@@ -136,7 +136,7 @@ def _arity(logo: Interpreter, name: Value) -> Value:
 @primitive("erase er", 1)
 def _erase(logo: Interpreter, names: Value) -> None:
     for name in names.items if isinstance(names, LogoList) else (names,):
-        _users(logo, name)
+        _users(logo, name).is_erased = True
         del logo.procedures[key(name)]
     logo.epoch += 1
 
