@@ -251,12 +251,13 @@ def test_a_drawing_far_from_home_fills_the_sheet_if_the_turtle_started_there(sca
     assert start[1] - end[1] == pytest.approx(1000 - 2 * 48 - 36, abs=1)
 
 
-def test_the_start_belongs_to_the_picture() -> None:
-    trace = drawn((0, 500), (500, 500))
-    trace.clear()
-    trace.move(Pose(500, 400), pen_down=True)
-    ((start, end),) = Sheet(picture.svg(trace)).lines("ink")
-    assert end[1] - start[1] == pytest.approx(1000 - 2 * 48 - 36, abs=1)
+@pytest.mark.parametrize("start", [Pose(0, 900), HOME])
+def test_start_and_end_belong_to_the_picture_even_where_nothing_leads_there(start: Pose) -> None:
+    trace = Trace(start)
+    trace.pose = Pose(0, 900) if start == HOME else HOME
+    sheet = Sheet(picture.svg(trace))
+    assert sheet.height == pytest.approx(1000, abs=1)
+    assert 47 <= sheet.turtle()[1] <= sheet.height - 47
 
 
 def test_an_empty_picture_shows_the_turtle_in_the_middle() -> None:
@@ -336,6 +337,8 @@ def test_the_label_needs_no_font() -> None:
     bottom = sheet.height - 24
     assert image.marks(middle - 40, bottom - 23, middle + 40, bottom - 6) > 100
     assert image.marks(24, bottom - 23, middle - 40, bottom - 6) == 0
+    widths = [image.marks(middle + x, bottom - 23, middle + x + 1, bottom - 6) > 0 for x in range(-30, 30)]
+    assert 45 < 60 - widths[::-1].index(True) - widths.index(True) < 58  # letters lie side by side
     assert image.is_dark(middle, bottom) or image.pixel(middle, bottom - 1) != WHITE
 
 
@@ -456,6 +459,9 @@ def test_check_sees_early_what_save_would_say(tmp_path: Path, monkeypatch: pytes
     with pytest.raises(OutputError, match="there is no folder there; make it first"):
         picture.check(Path("there/a.svg"))
     assert names(tmp_path) == []
+    Path("there").write_text("a file")
+    with pytest.raises(OutputError, match="there is no folder there"):
+        picture.check(Path("there/a.svg"))
 
 
 def test_an_old_picture_is_replaced_and_nothing_else_left(tmp_path: Path) -> None:
@@ -499,7 +505,12 @@ def failure(path: Path) -> str:
     return message.removeprefix(f"cannot write the picture {path}: ")
 
 
-def test_a_full_device_is_said_and_not_replaced(tmp_path: Path) -> None:
+def test_a_full_device_is_said_and_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Root could really replace a device of the machine: not even a broken program may, here.
+    for way in ("replace", "rename", "unlink"):
+        monkeypatch.setattr(Path, way, lambda *_, **__: pytest.fail("a device is not to be replaced"))
+        monkeypatch.setattr(os, way, lambda *_, **__: pytest.fail("a device is not to be replaced"))
+    monkeypatch.setattr(Path, "with_name", lambda *_: pytest.fail("nothing is to be made beside a device"))
     path = tmp_path / "full.svg"
     path.symlink_to("/dev/full")
     said = failure(path)
@@ -526,6 +537,19 @@ def test_an_old_picture_survives_a_full_disk(tmp_path: Path, name: str, old: str
     assert failure(path) == "File too large; free some space there, or choose another folder"
     assert names(tmp_path) == ([name] if old else [])
     assert old is None or path.read_text() == old
+
+
+def test_a_pipe_gets_the_picture_and_stays_a_pipe(tmp_path: Path) -> None:
+    path = tmp_path / "a.svg"
+    os.mkfifo(path)
+    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        picture.save(Trace(), path)
+        assert os.read(reader, 65536).decode() == picture.svg(Trace())
+    finally:
+        os.close(reader)
+    assert path.is_fifo()
+    assert names(tmp_path) == ["a.svg"]
 
 
 def test_a_missing_folder(tmp_path: Path) -> None:
