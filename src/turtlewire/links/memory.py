@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Protocol
 
@@ -61,7 +62,10 @@ class MemoryLink(Link):
     async def read(self, until: float) -> bytes:
         """Let the robot's time pass."""
         self._check()
+        before = self._end.now
         data = self._end.read(until)
+        if not data and until == math.inf and self._end.now == before:
+            raise RuntimeError("the host waits for something that will never happen")
         if self._pace is not None:
             self._keep_pace(self._pace)
         return data

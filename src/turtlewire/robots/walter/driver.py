@@ -22,8 +22,9 @@ from turtlewire.protocols.walter.messages import (
     SetSpeed,
     TurnTo,
 )
-from turtlewire.robots.walter.connection import TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM, Connection
+from turtlewire.robots.walter.connection import Connection
 from turtlewire.robots.walter.settings import DEFAULTS, Settings, Statistics
+from turtlewire.robots.walter.whereabouts import TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM
 from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ class AsyncWalter:
     @property
     def pose(self) -> Pose:
         """Where the exact turtle is."""
-        return self._wire.position.exact
+        return self._wire.where.position.exact
 
     @property
     def is_pen_down(self) -> bool:
@@ -119,7 +120,7 @@ class AsyncWalter:
 
         What was sent and is not confirmed yet is not in the latter.
         """
-        return self._wire.trace if self._paper is None else self._paper.trace
+        return self._wire.where.trace if self._paper is None else self._paper.trace
 
     @property
     def statistics(self) -> Statistics:
@@ -129,10 +130,10 @@ class AsyncWalter:
             commands=host.commands_sent,
             bytes_sent=wire.session.bytes_sent,
             bytes_received=wire.session.bytes_received,
-            distance_mm=wire.distance_mm,
+            distance_mm=wire.where.distance_mm,
             fences=host.fences_sent,
             fences_lost=host.fences_lost,
-            corrections=wire.corrections,
+            corrections=wire.where.corrections,
             malformed_replies=host.malformed,
             unexpected_replies=host.unexpected,
             seconds=wire.link.now() - wire.started,
@@ -163,7 +164,7 @@ class AsyncWalter:
         """Drive straight ahead; backwards when negative."""
         _check("distance_mm", distance_mm)
         await self._wire.ready()
-        self._wire.drive(self._wire.position.move(distance_mm))
+        self._wire.drive(self._wire.where.position.move(distance_mm))
         await self._accepted()
 
     async def back(self, distance_mm: float) -> None:
@@ -174,7 +175,7 @@ class AsyncWalter:
         """Turn clockwise on the spot; counter-clockwise when negative."""
         _check("angle_deg", angle_deg)
         await self._wire.ready()
-        self._wire.drive(self._wire.position.turn(angle_deg))
+        self._wire.drive(self._wire.where.position.turn(angle_deg))
         await self._accepted()
 
     async def left(self, angle_deg: float) -> None:
@@ -186,7 +187,7 @@ class AsyncWalter:
         _check("x_mm", x_mm)
         _check("y_mm", y_mm)
         await self._wire.ready()
-        position, frame = self._wire.position, self._wire.frame
+        position, frame = self._wire.where.position, self._wire.where.frame
         here = frame.to_robot(position.robot)
         there = frame.to_robot(Pose(x_mm, y_mm, position.robot.heading_deg))
         x, y = round(there.x_mm / UNIT_MM), round(there.y_mm / UNIT_MM)
@@ -215,7 +216,7 @@ class AsyncWalter:
         """Turn, the shorter way, to an absolute heading."""
         _check("heading_deg", heading_deg)
         await self._wire.ready()
-        position = self._wire.position
+        position = self._wire.where.position
         before = position.robot
         steps = position.set_heading(heading_deg)
         if steps:
@@ -226,12 +227,12 @@ class AsyncWalter:
         await self._accepted()
 
     def _turn_to(self, pose: Pose) -> TurnTo:
-        return TurnTo(round(self._wire.frame.to_robot(pose).heading_deg) % 360)
+        return TurnTo(round(self._wire.where.frame.to_robot(pose).heading_deg) % 360)
 
     async def home(self) -> None:
         """Go to the origin and look up."""
         await self._wire.ready()
-        position, origin = self._wire.position, self._wire.frame.origin
+        position, origin = self._wire.where.position, self._wire.where.frame.origin
         # C 0 goes to the robot's own origin, and promises no heading (W10).
         is_own = (origin.x_mm, origin.y_mm) == (0.0, 0.0)
         is_away = position.robot.distance_to(0.0, 0.0) >= UNIT_MM
@@ -282,7 +283,7 @@ class AsyncWalter:
     async def clean(self) -> None:
         """Start a new sheet: forget the trace, when every motion is done."""
         await self.finish()
-        self._wire.trace.clear()
+        self._wire.where.trace.clear()
         if self._paper is not None:
             self._paper.clear_trace()
 
@@ -334,7 +335,7 @@ class AsyncWalter:
     async def finish(self) -> None:
         """Wait until every motion is done, and the robot looks where the turtle looks."""
         await self._wire.ready()
-        self._wire.drive(self._wire.position.align())
+        self._wire.drive(self._wire.where.position.align())
         await self._wire.finish()
 
     async def stop(self) -> None:
@@ -380,14 +381,14 @@ class AsyncWalter:
         wire = self._wire
         if not all(self._can_send(command) for command in commands):
             return False
-        before, speed = wire.position.robot, wire.speed
+        before, speed = wire.where.position.robot, wire.speed
         way_s = before.distance_to(*arrived[:2]) / (speed * wire.settings.mm_per_s_per_unit)
         turns_s = 360.0 / (speed * wire.settings.deg_per_s_per_unit)
         if wire.knows_c or not wire.host.answers:
             *first, last = commands
             for command in first:
                 wire.host.submit(command, way_s + turns_s)
-            wire.position.robot = arrived
+            wire.where.position.robot = arrived
             wire.submit(last, way_s + turns_s, arrived)
             return True
         await wire.finish()
@@ -396,7 +397,8 @@ class AsyncWalter:
         pose = await wire.reported_pose()
         wire.knows_c = True
         if _distance(pose, arrived) < _distance(pose, before):
-            wire.arrived(arrived if _distance(pose, arrived) <= 2.0 else pose)
+            there = arrived if _distance(pose, arrived) <= 2.0 else pose
+            wire.where.arrived(there, pen_down=wire.pen_down)
             return True
         wire.groups = wire.groups - {"C"}
         return False

@@ -1,0 +1,182 @@
+"""Where a WALTER is, as far as its host can know: what was confirmed, what got lost, what the robot says (W11, W15).
+
+No I/O: the connection tells what was done, lost and answered; this keeps account.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from turtlewire.protocols.walter.messages import HeadingReply, PenReply, RobotMessage, XReply, YReply
+from turtlewire.robots.exact_pose import ExactPose
+from turtlewire.robots.frame import Frame
+from turtlewire.trace import Trace
+from turtlewire.turtle import HOME, Pose, wrapped
+
+UNIT_MM = 0.5  # W5
+# A robot may round its pose to units and whole degrees; what is further off than this is corrected.
+TOLERANCE_MM = 1.0
+TOLERANCE_DEG = 1.0
+# What is further off than this, people should know of.
+NOTABLE_MM = 5.0
+# Coordinates beyond what a reply can carry are not compared (W5).
+LARGEST_MM = 16383.0
+# A robot that tells its pen wrong so often cannot tell it.
+MAX_PEN_DISAGREEMENTS = 3
+
+
+class Target(NamedTuple):
+    """Where the robot is, and its pen, when a command is done."""
+
+    pose: Pose
+    pen_down: bool
+
+
+class Whereabouts:
+    """The account of one robot.
+
+    Attributes:
+        position: the exact turtle, and the robot when everything submitted is done.
+        frame: the turtle's coordinates in the robot's.
+        confirmed: where the robot is known to be, or to have been last.
+        trace, distance_mm: the way it is known to have gone.
+        in_doubt: something got lost, or the robot is not where it should be: its pose has to be asked.
+        corrections: how often that was done.
+    """
+
+    def __init__(self) -> None:
+        self.position = ExactPose(UNIT_MM)
+        self.frame = Frame(HOME)
+        self.confirmed = Target(HOME, pen_down=True)
+        self.trace = Trace()
+        self.distance_mm = 0.0
+        self.in_doubt = False
+        self.corrections = 0
+        # What was done or lost since a fence got lost, in order; None while nothing is uncertain.
+        self._uncertain: list[Target] | None = None
+        self._pen_disagreements = 0
+
+    def done(self, tag: object) -> None:
+        """A command is done; its tag is its ``Target``, if it has one."""
+        if not isinstance(tag, Target):
+            return
+        if self._uncertain is not None:
+            self._uncertain.append(tag)
+            return
+        self.distance_mm += self.confirmed.pose.distance_to(tag.pose.x_mm, tag.pose.y_mm)
+        self.confirmed = tag
+        self.trace.move(tag.pose, pen_down=tag.pen_down)
+
+    def lost(self, tags: tuple[object, ...]) -> None:
+        """A fence got lost, and perhaps commands before it (W15)."""
+        self.in_doubt = True
+        self._uncertain = self._uncertain or []
+        for tag in tags:
+            self.done(tag)
+
+    def compare(self, reply: RobotMessage) -> None:
+        """A fence's answer also tells where the robot is: is it elsewhere than it should be?"""
+        if self._uncertain is None and self._is_off(reply):
+            self.in_doubt = True
+
+    def _is_off(self, reply: RobotMessage) -> bool:
+        pose = self.frame.to_robot(self.confirmed.pose)
+        if isinstance(reply, HeadingReply):
+            return abs(wrapped(reply.heading_deg - pose.heading_deg)) > TOLERANCE_DEG
+        if isinstance(reply, XReply):
+            return abs(pose.x_mm) < LARGEST_MM and abs(reply.x_half_mm * UNIT_MM - pose.x_mm) > TOLERANCE_MM
+        if isinstance(reply, YReply):
+            return abs(pose.y_mm) < LARGEST_MM and abs(reply.y_half_mm * UNIT_MM - pose.y_mm) > TOLERANCE_MM
+        return self.trusts_pen and isinstance(reply, PenReply) and bool(reply.down) != self.confirmed.pen_down
+
+    # ------------------------------------------------------------------ after a stop
+
+    def forget(self) -> None:
+        """Everything under way was abandoned: what is uncertain does not matter any more."""
+        self._uncertain = None
+        self.in_doubt = False
+
+    def reckoned(self, interrupted: tuple[object, float] | None) -> Pose:
+        """Where a robot that answers nothing was when it was cut off, its last command and the part done of it."""
+        before = self.confirmed.pose
+        if interrupted is None or not isinstance(interrupted[0], Target):
+            return before
+        after, part = interrupted[0].pose, interrupted[1]
+        return Pose(
+            before.x_mm + part * (after.x_mm - before.x_mm),
+            before.y_mm + part * (after.y_mm - before.y_mm),
+            round(before.heading_deg + part * wrapped(after.heading_deg - before.heading_deg)) % 360.0,
+        )
+
+    def place(self, pose: Pose) -> None:
+        """The robot is here, and so is the turtle; what is finer than the robot can tell is kept."""
+        exact, near = self.position.exact, pose
+        if exact.distance_to(pose.x_mm, pose.y_mm) <= UNIT_MM:
+            near = Pose(exact.x_mm, exact.y_mm, pose.heading_deg)
+        if abs(wrapped(exact.heading_deg - pose.heading_deg)) <= 0.5:
+            near = Pose(near.x_mm, near.y_mm, exact.heading_deg)
+        self.position.exact = near
+        self.arrived(pose, pen_down=self.confirmed.pen_down)
+
+    def arrived(self, pose: Pose, *, pen_down: bool) -> None:
+        """The robot is known to be here, whatever was reckoned; the turtle is where it was."""
+        self.position.robot = pose
+        self.done(Target(pose, pen_down))
+
+    # ------------------------------------------------------------------ in doubt
+
+    def resolve(self, pose: Pose) -> tuple[list[Target], str]:
+        """The robot says where it is, everything sent being done or lost.
+
+        Returns what got lost and has to be done again (not blindly: the pose shows it), and what people should know.
+        """
+        self.corrections += 1
+        uncertain, expected = self._uncertain or [], self.position.robot
+        self.forget()
+        if matches(pose, expected):
+            for target in uncertain:
+                self.done(target)
+            return (
+                [],
+                "an answer of the robot got lost; its pose shows that every motion was done"
+                if uncertain
+                else "",
+            )
+        poses = [self.confirmed.pose, *(target.pose for target in uncertain)]
+        last_done = max((i for i, p in enumerate(poses) if matches(pose, p)), default=len(uncertain))
+        for target in uncertain[:last_done]:
+            self.done(target)
+        again = uncertain[last_done:]
+        self.arrived(pose, pen_down=self.confirmed.pen_down)
+        if again:
+            return (
+                again,
+                f"{len(again)} commands got lost on the way; the pose shows which, they are sent again",
+            )
+        off_mm = pose.distance_to(expected.x_mm, expected.y_mm)
+        if off_mm <= NOTABLE_MM:
+            return [], ""
+        return [], (
+            f"the robot is {off_mm:.1f} mm from where it should be: a command got lost or damaged on the way, or its "
+            "wheels were held; it goes on from where it is"
+        )
+
+    @property
+    def trusts_pen(self) -> bool:
+        """Whether the robot's answers about its pen mean anything."""
+        return self._pen_disagreements < MAX_PEN_DISAGREEMENTS
+
+    def pen_disagrees(self) -> str:
+        """The pen is not as it was told, though nothing got lost. Returns what people should know."""
+        self._pen_disagreements += 1
+        if self.trusts_pen:
+            return ""
+        return "the robot's answers about its pen contradict what it was told; from now on they are ignored"
+
+
+def matches(pose: Pose, other: Pose) -> bool:
+    """Whether two poses may be the same one, given how robots round."""
+    return (
+        pose.distance_to(other.x_mm, other.y_mm) <= 2 * TOLERANCE_MM
+        and abs(wrapped(pose.heading_deg - other.heading_deg)) <= TOLERANCE_DEG
+    )
