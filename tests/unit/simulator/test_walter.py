@@ -344,6 +344,7 @@ def test_every_query(run: Run) -> None:
         m.QueryPen(),
         m.QueryTowards(0, 0),
     )
+    assert run(robot, sent(m.QueryTowards(100, 40))) == encode(m.TowardsReply(135))
     assert run(robot, sent(*queries)) == sent(
         m.LocationReply(60, 80),
         m.XReply(60),

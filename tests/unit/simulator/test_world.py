@@ -60,6 +60,19 @@ def test_the_end_of_a_wall_is_touched_with_the_side_of_the_disc() -> None:
     assert found.bearing_deg == pytest.approx(math.degrees(math.atan2(54.0, 72.0)))
 
 
+def test_a_slanting_wall_is_met_between_its_ends_and_not_beyond() -> None:
+    world = World((Wall(0.0, 500.0, 400.0, 800.0),))  # 3, 4, 5
+    found = meet(world, 200.0, 0.0, UP)
+    assert found is not None
+    assert found.distance_mm == pytest.approx(650.0 - 90.0 * 5.0 / 4.0)
+    assert found.pressure == pytest.approx(0.8)
+    # 90 mm square to the wall's first end the disc comes past the end before it touches the side.
+    found = meet(world, 20.0, 0.0, UP)
+    assert found is not None
+    assert found.distance_mm == pytest.approx(500.0 - (90.0**2 - 20.0**2) ** 0.5)
+    assert found.bearing_deg < 0.0
+
+
 def test_brushing_past_an_end_is_free() -> None:
     assert meet(ACROSS, 190.0, 0.0, UP) is None
     assert meet(ACROSS, 189.9, 0.0, UP) is not None
@@ -130,14 +143,14 @@ def test_an_arena_has_polylines_and_a_start(tmp_path: Path) -> None:
         [[wall]]
         points = [[0, 0], [100, 0], [100, 50.5]]
         [[wall]]
-        points = [[-1, -1], [-2, -2]]
+        points = [[-1, -1], [-1000000, 1000000]]
         """,
     )
     assert world.start == Pose(10.0, 20.5, 90.0)
     assert world.walls == (
         Wall(0.0, 0.0, 100.0, 0.0),
         Wall(100.0, 0.0, 100.0, 50.5),
-        Wall(-1.0, -1.0, -2.0, -2.0),
+        Wall(-1.0, -1.0, -1e6, 1e6),
     )
 
 
