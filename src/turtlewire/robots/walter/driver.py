@@ -387,7 +387,7 @@ class AsyncWalter:
         if wire.knows_c or not wire.host.answers:
             *first, last = commands
             for command in first:
-                wire.host.submit(command, way_s + turns_s)
+                wire.submit(command, way_s + turns_s, arrived._replace(heading_deg=math.nan))
             wire.where.position.robot = arrived
             wire.submit(last, way_s + turns_s, arrived)
             return True

@@ -5,6 +5,7 @@ No I/O: the connection tells what was done, lost and answered; this keeps accoun
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from turtlewire.protocols.walter.messages import HeadingReply, PenReply, RobotMessage, XReply, YReply
@@ -26,7 +27,7 @@ MAX_PEN_DISAGREEMENTS = 3
 
 
 class Target(NamedTuple):
-    """Where the robot is, and its pen, when a command is done."""
+    """Where the robot is, and its pen, when a command is done. The heading is nan where it is not promised (C 0)."""
 
     pose: Pose
     pen_down: bool
@@ -65,7 +66,8 @@ class Whereabouts:
             return
         self.distance_mm += self.confirmed.pose.distance_to(tag.pose.x_mm, tag.pose.y_mm)
         self.confirmed = tag
-        self.trace.move(tag.pose, pen_down=tag.pen_down)
+        heading = self.trace.pose.heading_deg if math.isnan(tag.pose.heading_deg) else tag.pose.heading_deg
+        self.trace.move(tag.pose._replace(heading_deg=heading), pen_down=tag.pen_down)
 
     def lost(self, tags: tuple[object, ...]) -> None:
         """A fence got lost, and perhaps commands before it (W15)."""
