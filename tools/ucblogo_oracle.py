@@ -5,7 +5,8 @@ Usage:
     python tools/ucblogo_oracle.py record          write UCBLogo's answers into the cases
 
 Needs Debian's packages ucblogo and xvfb. A case says what UCBLogo does (``output`` and ``error``, both null when it
-does not come back); where turtlewire differs on purpose it also has ``differs`` (why) and ``ours`` (what turtlewire does instead).
+does not come back); where turtlewire differs on purpose it also has ``differs`` (why) and
+``ours`` (what turtlewire does instead).
 """
 
 from __future__ import annotations

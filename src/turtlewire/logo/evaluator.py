@@ -50,6 +50,8 @@ OPERATION = 3  # it must output
 MAX_DEPTH = 30_000  # procedures within procedures; deeper is a program that never ends
 _FRAMES = 10 * MAX_DEPTH  # Python calls that this may take
 
+_limits: list[int] = []  # for each running program, the recursion limit to be put back
+
 
 class BadInputError(Exception):
     """A primitive does not like an input; becomes "... doesn't like ... as input"."""
@@ -131,8 +133,18 @@ class Interpreter:
             LogoError: the program is wrong. Nothing of it has run when it could not be read.
             LinkError, RobotError, MessageError: whatever the turtle raised, with a note of the place in the program.
         """
-        if sys.getrecursionlimit() < _FRAMES:
-            sys.setrecursionlimit(_FRAMES)
+        limit = _limits[0] if _limits else sys.getrecursionlimit()
+        _limits.append(limit)
+        sys.setrecursionlimit(max(limit, _FRAMES))
+        try:
+            self._run(source, name)
+        finally:
+            # Another interpreter may be running in another thread: the last one puts back what the first one found.
+            found = _limits[0] if len(_limits) == 1 else _FRAMES
+            _limits.remove(limit)
+            sys.setrecursionlimit(found)
+
+    def _run(self, source: str, name: str) -> None:
         self._reset()
         program = read(source, name)
         self.levels.start()
