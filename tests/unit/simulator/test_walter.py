@@ -205,6 +205,18 @@ def test_the_trace_holds_the_running_motion_up_to_now_and_asking_leaves_no_mark(
     assert robot.trace.strokes == [Stroke(pen_down=True, points=[(0.0, 0.0), (0.0, 10.0), (100.0, 10.0)])]
 
 
+def test_a_trace_asked_for_on_the_way_has_all_strokes(run: Run) -> None:
+    robot = SimulatedWalter(INSTANT)
+    data = sent(m.Forward(2), m.PenDown(), m.Forward(2), m.PenUp(), m.Forward(2), m.PenDown(), m.Forward(2))
+    run(robot, data, 0.335)
+    halfway = robot.trace.strokes
+    assert [stroke.pen_down for stroke in halfway] == [False, True, False, True]
+    assert halfway[3].points == [(0.0, 3.0), (0.0, pytest.approx(3.5))]
+    run(robot)
+    assert robot.trace.strokes[:3] == halfway[:3]
+    assert robot.trace.strokes[3].points == [(0.0, 3.0), (0.0, 4.0)]
+
+
 def test_a_new_sheet_in_the_middle_of_a_motion(run: Run) -> None:
     robot = SimulatedWalter(Settings(baud=None, pen_down=True))
     run(robot, sent(m.Forward(200)), 0.25)

@@ -117,6 +117,24 @@ def test_the_gap_to_the_nearest_wall() -> None:
     assert World().gap(0.0, 0.0, 90.0) == math.inf
 
 
+@pytest.mark.parametrize(
+    ("x_mm", "y_mm", "nearest"),
+    [
+        (300.0, 350.0, (300.0, 350.0)),  # on the wall
+        (270.0, 390.0, (300.0, 350.0)),  # beside it
+        (100.0, 100.0, (100.0, 200.0)),  # before its first end
+        (600.0, 600.0, (500.0, 500.0)),  # beyond its last one
+    ],
+)
+def test_the_nearest_point_of_a_slanting_wall(x_mm: float, y_mm: float, nearest: tuple[float, float]) -> None:
+    assert Wall(100.0, 200.0, 500.0, 500.0).nearest(x_mm, y_mm) == pytest.approx(nearest)
+
+
+def test_a_disc_centred_on_a_wall_may_leave_it_either_way() -> None:
+    assert meet(ACROSS, 0.0, 500.0, UP) is None
+    assert meet(ACROSS, 0.0, 500.0, DOWN) is None
+
+
 def test_the_walls_near_a_point() -> None:
     walls = (Wall(0.0, 10.0, 1.0, 10.0), Wall(0.0, 20.0, 1.0, 20.0))
     world = World(walls, Pose(1.0, 2.0, 3.0)).near(0.0, 0.0, 10.0)
