@@ -26,7 +26,7 @@ demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
 	@$(BIN)/turtlewire run examples/rose.logo --picture rose.svg --picture rose.png
 
 test: check ## check, see that generated files are current, and run the tests
-	@$(BIN)/python tools/generate.py --check
+	@$(BIN)/python -m tools.generate --check
 	@$(BIN)/python -m pytest -q -m "not nightly"
 
 check: $(DEV) ## formatting, lint, types and the layering of the modules
@@ -47,7 +47,7 @@ bench: $(DEV) ## measure against the peers
 	@for benchmark in benchmarks/*.py; do $(BIN)/python "$$benchmark" || exit 1; done
 
 generate: $(DEV) ## make the files again that are made from the specification
-	@$(BIN)/python tools/generate.py
+	@$(BIN)/python -m tools.generate
 
 pictures: $(PICTURES) ## draw every example into docs/pictures
 

@@ -8,17 +8,8 @@ from typing import TYPE_CHECKING
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from turtlewire.protocols.message import parse
-from turtlewire.protocols.walter.codec import (
-    ALL_GROUPS,
-    MAX_RAW,
-    CommandDecoder,
-    Decoded,
-    Malformed,
-    Mode,
-    ReplyDecoder,
-    encode,
-)
+from turtlewire.protocols.message import Decoded, Malformed, parse
+from turtlewire.protocols.walter.codec import ALL_GROUPS, MAX_RAW, CommandDecoder, Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     ATTENTION,
     DIRECT_KEYS,

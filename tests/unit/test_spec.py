@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
+from tools import generate
+from tools.generators import walter
 from turtlewire.protocols.walter import messages
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
@@ -19,9 +20,6 @@ from turtlewire.protocols.walter.messages import (
     EmptyLine,
     LogoCommand,
 )
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 ROOT = Path(__file__).parents[2]
 SPEC: dict[str, Any] = tomllib.loads((ROOT / "spec/protocols/walter.toml").read_text("utf-8"))
@@ -212,17 +210,7 @@ def test_numbers_and_sequences() -> None:
 # ------------------------------------------------------------------------------------------------ tools/generate.py
 
 
-@pytest.fixture(scope="module")
-def generate() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("generate", ROOT / "tools/generate.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_generated_files_are_current(generate: ModuleType) -> None:
+def test_generated_files_are_current() -> None:
     files: dict[Path, str] = generate.files()
     assert {str(path.relative_to(ROOT)) for path in files} >= {
         "src/turtlewire/protocols/walter/messages.py",
@@ -232,8 +220,8 @@ def test_generated_files_are_current(generate: ModuleType) -> None:
         assert path.read_text("utf-8") == text, f"{path.name}: run `make generate`"
 
 
-def test_the_generated_page_has_a_row_for_every_message(generate: ModuleType) -> None:
-    page: str = generate.walter_docs(SPEC)
+def test_the_generated_page_has_a_row_for_every_message() -> None:
+    page: str = walter.page(SPEC)
     table = [line for line in page.splitlines() if line.startswith("| `")]
     assert len(table) == len(MESSAGES) == 50
     for message in MESSAGES:
@@ -243,7 +231,7 @@ def test_the_generated_page_has_a_row_for_every_message(generate: ModuleType) ->
 
 
 def test_check_tells_what_is_not_current_and_writes_nothing(
-    generate: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = tmp_path / "docs" / "page.md"
     monkeypatch.setattr(generate, "ROOT", tmp_path)

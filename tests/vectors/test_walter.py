@@ -15,17 +15,8 @@ import msgspec
 import pytest
 from msgspec import Meta, Struct, field
 
-from turtlewire.protocols.message import parse
-from turtlewire.protocols.walter.codec import (
-    ALL_GROUPS,
-    CommandDecoder,
-    Decoded,
-    Item,
-    Malformed,
-    Mode,
-    ReplyDecoder,
-    encode,
-)
+from turtlewire.protocols.message import Decoded, Malformed, parse
+from turtlewire.protocols.walter.codec import ALL_GROUPS, CommandDecoder, Item, Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
     MESSAGES,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import msgspec
 
@@ -56,6 +56,25 @@ class Message(msgspec.Struct, frozen=True):
         """The text form: the name, then each field as ``name=value`` (a truth value as 0 or 1)."""
         pairs = zip(self.FIELDS, self.values(), strict=True)
         return self.name() + "".join(f" {field.name}={+value}" for field, value in pairs)
+
+
+MessageT_co = TypeVar("MessageT_co", bound=Message, covariant=True)
+
+
+class Decoded(NamedTuple, Generic[MessageT_co]):
+    """A message, where in the stream its bytes began, and the bytes."""
+
+    offset: int
+    raw: bytes
+    message: MessageT_co
+
+
+class Malformed(NamedTuple):
+    """Bytes that are no message, where in the stream they began, and why."""
+
+    offset: int
+    raw: bytes
+    reason: str
 
 
 def parse(text: str, types: tuple[type[Message], ...]) -> Message:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from turtlewire.protocols.walter.codec import ALL_GROUPS, MAX_RAW, CommandDecoder, Decoded, Mode
+from turtlewire.protocols.message import Decoded
+from turtlewire.protocols.walter.codec import ALL_GROUPS, MAX_RAW, CommandDecoder, Mode
 from turtlewire.protocols.walter.messages import (
     ATTENTION,
     DIRECT_KEYS,

@@ -3,16 +3,8 @@ from __future__ import annotations
 import pytest
 
 from turtlewire.errors import MessageError
-from turtlewire.protocols.walter.codec import (
-    ALL_GROUPS,
-    MAX_RAW,
-    CommandDecoder,
-    Decoded,
-    Malformed,
-    Mode,
-    ReplyDecoder,
-    encode,
-)
+from turtlewire.protocols.message import Decoded, Malformed
+from turtlewire.protocols.walter.codec import ALL_GROUPS, MAX_RAW, CommandDecoder, Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
     LOGO_COMMANDS,

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from turtlewire.protocols.walter.codec import CommandDecoder, Decoded, ReplyDecoder
+from turtlewire.protocols.message import Decoded
+from turtlewire.protocols.walter.codec import CommandDecoder, ReplyDecoder
 from turtlewire.protocols.walter.messages import ATTENTION, EMERGENCY_STOP
 
 FOLDER = Path(__file__).parents[3] / "docs" / "protocols"

@@ -11,7 +11,7 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple
 
-from turtlewire.protocols.message import KINDS
+from turtlewire.protocols.message import KINDS, Decoded, Malformed
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
     LOGO_COMMANDS,
@@ -36,23 +36,7 @@ class Mode(Enum):
     DIRECT = "direct"
 
 
-class Decoded(NamedTuple):
-    """A message, where in the stream it began, and the bytes it was made of."""
-
-    offset: int
-    raw: bytes
-    message: WalterMessage
-
-
-class Malformed(NamedTuple):
-    """Bytes that are no message, where they began, and why. The robot says nothing about them (W6)."""
-
-    offset: int
-    raw: bytes
-    reason: str
-
-
-Item = Decoded | Malformed
+Item = Decoded[WalterMessage] | Malformed
 
 
 def encode(message: WalterMessage) -> bytes:
@@ -202,7 +186,7 @@ class _LineDecoder:
         self.reset()
         return item
 
-    def _complete(self, message: WalterMessage, *, ret: bool = True) -> Decoded:
+    def _complete(self, message: WalterMessage, *, ret: bool = True) -> Decoded[WalterMessage]:
         item = Decoded(self._offset - len(self._raw), bytes(self._raw), message)
         self._end(ret=ret)
         if isinstance(message, SelectDirect):

@@ -18,7 +18,8 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from turtlewire.protocols.walter.codec import Malformed, Mode, ReplyDecoder, encode
+from turtlewire.protocols.message import Malformed
+from turtlewire.protocols.walter.codec import Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     ATTENTION,
     BAUD,

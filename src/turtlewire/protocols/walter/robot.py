@@ -13,13 +13,8 @@ from __future__ import annotations
 
 from collections import deque
 
-from turtlewire.protocols.walter.codec import (
-    ALL_GROUPS,
-    CommandDecoder,
-    Malformed,
-    Mode,
-    encode,
-)
+from turtlewire.protocols.message import Malformed
+from turtlewire.protocols.walter.codec import ALL_GROUPS, CommandDecoder, Mode, encode
 from turtlewire.protocols.walter.messages import (
     QUEUE_COMMANDS,
     DirectKey,

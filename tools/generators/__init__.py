@@ -1,0 +1,1 @@
+"""What is generated, one module a protocol: each has ``files()``, path -> text."""

@@ -1,0 +1,136 @@
+"""What is generated from spec/protocols/walter.toml."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+from tools.generators.python import RANGES, ROOT, field_source, formatted
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+BASES = {"logo": "LogoCommand", "direct": "DirectKey", "robot": "RobotMessage"}
+SECTIONS = {
+    "logo": ("Logo control, host to robot", "letters, fields, RET"),
+    "direct": ("Direct control, host to robot", "one key, fields, no RET"),
+    "robot": ("Logo control, robot to host", "letters, fields, RET"),
+}
+
+HEAD = '''"""The messages of WALTER. Generated from spec/protocols/walter.toml by `make generate`: do not edit.
+
+Everything is big endian; RET is CR or CR LF (W1).
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from turtlewire.protocols.message import Field, Message
+'''
+
+BASES_SOURCE = '''
+
+class WalterMessage(Message, frozen=True):
+    """Any message of WALTER."""
+
+    LETTERS: ClassVar[bytes]
+
+
+class LogoCommand(WalterMessage, frozen=True):
+    """Host to robot in Logo control: letters, binary arguments, RET.
+
+    ``GROUP`` is the capability group (C, Q, H, E) that a robot may lack, or empty (W10).
+    ``QUEUED`` tells whether the robot carries it out in order (W9) or when it arrives.
+    """
+
+    GROUP: ClassVar[str] = ""
+    QUEUED: ClassVar[bool] = True
+
+
+class DirectKey(WalterMessage, frozen=True):
+    """Host to robot in direct control: one key, at most one binary byte, no RET."""
+
+
+class RobotMessage(WalterMessage, frozen=True):
+    """Robot to host in Logo control: letters, binary values, RET."""
+'''
+
+
+def message_source(message: dict[str, Any]) -> str:
+    doc = message["doc"]
+    if message.get("logo"):
+        doc += f" Logo: {', '.join(message['logo'])}."
+    lines = [
+        "",
+        "",
+        f"class {message['name']}({BASES[message['mode']]}, frozen=True):",
+        f'    """{doc}"""',
+        "",
+    ]
+    lines.append(f"    LETTERS: ClassVar[bytes] = {message['letters'].encode()!r}")
+    if message.get("group"):
+        lines.append(f"    GROUP: ClassVar[str] = {message['group']!r}")
+    if message.get("acts") == "at once":
+        lines.append("    QUEUED: ClassVar[bool] = False")
+    fields = message.get("fields", [])
+    if fields:
+        sources = ", ".join(field_source(field) for field in fields)
+        lines.append(f"    FIELDS: ClassVar[tuple[Field, ...]] = ({sources},)")
+        lines += [f"    {field['name']}: int" for field in fields]
+    return "\n".join(lines)
+
+
+def python(spec: dict[str, Any]) -> str:
+    names = {mode: [m["name"] for m in spec["message"] if m["mode"] == mode] for mode in BASES}
+    replies = {m["name"]: m["reply"] for m in spec["message"] if "reply" in m}
+    calibration, limits = spec["calibration"], spec["limits"]
+    out = [HEAD]
+    out.append(f"BAUD = {spec['baud']}  # W16")
+    out.append(f"MAX_UNFENCED_BYTES = {limits['unfenced_bytes']}  # W9")
+    out.append(f"QUEUE_COMMANDS = {limits['queue_commands']}  # what a robot must be able to queue")
+    out.append(f"MM_PER_S_PER_UNIT = {calibration['mm_per_s_per_unit']}  # W14, the nominal robot")
+    out.append(f"DEG_PER_S_PER_UNIT = {calibration['deg_per_s_per_unit']}  # W14, the nominal robot")
+    out.append(f"DEFAULT_SPEED = {calibration['default_speed']}")
+    for name, data in spec["sequences"].items():
+        out.append(f"{name.upper()} = bytes.fromhex({data!r})")
+    out.append(BASES_SOURCE)
+    out += [message_source(message) for message in spec["message"]]
+    for constant, mode in (("LOGO_COMMANDS", "logo"), ("DIRECT_KEYS", "direct"), ("ROBOT_MESSAGES", "robot")):
+        out.append(f"\n\n{constant}: tuple[type[{BASES[mode]}], ...] = ({', '.join(names[mode])},)")
+    out.append("MESSAGES: tuple[type[WalterMessage], ...] = (*LOGO_COMMANDS, *DIRECT_KEYS, *ROBOT_MESSAGES)")
+    pairs = ", ".join(f"{query}: {reply}" for query, reply in replies.items())
+    out.append(f"REPLIES: dict[type[LogoCommand], type[RobotMessage]] = {{{pairs}}}")
+    return formatted("\n".join(out))
+
+
+def page(spec: dict[str, Any]) -> str:
+    out = [
+        "# The messages of WALTER",
+        "",
+        "Generated from `spec/protocols/walter.toml` by `make generate`. Binary fields are big endian.",
+        "A group in the last column marks what a robot may lack (W10).",
+    ]
+    for mode, (title, form) in SECTIONS.items():
+        out += ["", f"## {title}", "", f"Form: {form}.", ""]
+        out += ["| message | bytes | Logo | meaning | group |", "| --- | --- | --- | --- | --- |"]
+        for message in (m for m in spec["message"] if m["mode"] == mode):
+            wire = [f"`{letter}`" if letter != " " else "space" for letter in message["letters"]]
+            for field in message.get("fields", []):
+                low, high = RANGES[field["kind"]]
+                wire.append(f"{field['name']} ({field['kind']}, {low}..{field.get('max', high)})")
+            if mode != "direct":
+                wire.append("RET")
+            logo = ", ".join(message.get("logo", []))
+            row = [f"`{message['name']}`", " ".join(wire), logo, message["doc"], message.get("group", "")]
+            out.append(f"| {' | '.join(row)} |")
+    return "\n".join(out) + "\n"
+
+
+def files() -> dict[Path, str]:
+    """The generated files and what they must contain."""
+    spec = tomllib.loads((ROOT / "spec/protocols/walter.toml").read_text("utf-8"))
+    return {
+        ROOT / "src/turtlewire/protocols/walter/messages.py": python(spec),
+        ROOT / "docs/protocols/walter-messages.md": page(spec),
+    }
