@@ -16,10 +16,38 @@ LOGO_TEXT = st.text(
     alphabet=st.one_of(st.sampled_from("ab1.e \n[]()+-*/=<>\"\\:;|~?#!{}'"), st.characters()), max_size=60
 )
 WORDS = st.text(alphabet="abcXYZ019.-+äπ", min_size=1, max_size=6)
-PIECES = (
-    'fd 10 repeat [ ] ( ) print "a :x make "x + - if sum first to f end 
- output stop run for -2 < butfirst item list'
-).split(" ")
+PIECES = [
+    "fd",
+    "10",
+    "repeat",
+    "[",
+    "]",
+    "(",
+    ")",
+    "print",
+    '"a',
+    ":x",
+    "make",
+    '"x',
+    "+",
+    "-",
+    "if",
+    "sum",
+    "first",
+    "to",
+    "f",
+    "end",
+    "\n",
+    "output",
+    "stop",
+    "run",
+    "for",
+    "-2",
+    "<",
+    "butfirst",
+    "item",
+    "list",
+]
 
 
 def values() -> st.SearchStrategy[Value]:

@@ -69,8 +69,8 @@ class LogoError(ProgramError):
             return ""
         from difflib import get_close_matches  # heavy, and only a failing program needs it
 
-        close = get_close_matches(self.wrong_name.lower(), self.known_names, n=3, cutoff=0.7)
-        return f"Did you mean {' or '.join(close)}?" if close else ""
+        close = get_close_matches(self.wrong_name.lower(), self.known_names, n=1, cutoff=0.7)
+        return f"Did you mean {close[0]}?" if close else ""
 
     def __str__(self) -> str:
         return self.explain()

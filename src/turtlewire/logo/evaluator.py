@@ -147,12 +147,10 @@ class Interpreter:
     def _run(self, source: str, name: str) -> None:
         self._reset()
         program = read(source, name)
-        self.levels.start()
-        level = self.levels.enter(len(program))
+        level = self.levels.start(len(program))
         try:
             for index, line in enumerate(program):
-                if level is not None:
-                    level[0] = index
+                level[0] = index
                 if isinstance(line, Definition):
                     define_from_title(self, line)
                 else:
@@ -228,8 +226,8 @@ class Interpreter:
     def _parse(self, instructions: LogoList) -> Code:
         return Code(Parser(tokenize(instructions), self.procedures).parse(), self.epoch)
 
-    def run_code(self, code: Code, how: int) -> Result:
-        """Run parsed instructions; see ``run_list``."""
+    def run_code(self, code: Code, how: int, level: list[int] | None = None) -> Result:
+        """Run parsed instructions; see ``run_list``. ``level`` is what ``progress`` watches them by, if it does."""
         before = how if how < LAST else BODY if how == LAST else COMMAND
         for node in code.instructions:
             self._node = node
@@ -238,6 +236,8 @@ class Interpreter:
                 if type(result) in VALUE_TYPES:
                     self._refuse_value(node, result)
                 return result
+            if level is not None:
+                level[0] += 1
         last = code.last
         if last is None:
             return None
@@ -259,22 +259,7 @@ class Interpreter:
         if level is None:
             return self.run_code(code, LAST)
         try:
-            for index, node in enumerate(code.instructions):
-                level[0] = index
-                self._node = node
-                result = self.evaluate(node, BODY)
-                if result is not None:
-                    if type(result) in VALUE_TYPES:
-                        self._refuse_value(node, result)
-                    return result
-            level[0] = len(code.instructions)
-            if code.last is None:
-                return None
-            self._node = code.last
-            result = self.evaluate(code.last, LAST)
-            if type(result) in VALUE_TYPES:
-                self._refuse_value(code.last, result)
-            return result
+            return self.run_code(code, LAST, level)
         finally:
             self.levels.leave()
 

@@ -12,10 +12,12 @@ class Progress:
         self._levels: list[list[int]] = []
         self._best: float | None = None
 
-    def start(self) -> None:
-        """A program begins."""
-        self._levels = []
+    def start(self, total: int) -> list[int]:
+        """A program of this many top-level lines begins; see ``enter``."""
+        level = [0, max(total, 1)]
+        self._levels = [level]
         self._best = 0.0
+        return level
 
     def finish(self) -> None:
         """The program has ended."""

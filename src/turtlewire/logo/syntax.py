@@ -324,7 +324,7 @@ class Parser:
         if kind == NEGATE:
             return Call(self._negation, "-", [self._operand("-")], token.place)  # type: ignore[arg-type]
         if kind == "(":
-            return self._parenthesised(token)
+            return self._parenthesised()
         return self._call(token)
 
     def _call(self, token: Token) -> Node:
@@ -362,7 +362,7 @@ class Parser:
             return make.call_node("make", [Literal(key[3:], token.place), value], token.place)
         return Unknown(name, token.place)
 
-    def _parenthesised(self, opening: Token) -> Node:
+    def _parenthesised(self) -> Node:
         if self._kind() != NAME or self._infix_follows():
             node = self._expression(0, "")
             if self._kind() != ")":
@@ -388,7 +388,6 @@ class Parser:
             raise _placed(not_enough_inputs(name), token.place)
         if 0 <= procedure.maximum_inputs < len(inputs):
             raise _placed(too_many_inputs(name), token.place)
-        del opening
         return procedure.call_node(name, inputs, token.place)
 
     def _infix_follows(self) -> bool:

@@ -25,8 +25,7 @@ def define_from_title(logo: Interpreter, definition: Definition) -> None:
             raise not_enough_inputs("to")
         define(logo, title.items[1], title.items[2:], definition.body, title)
     except LogoError as error:
-        if error.position is None:
-            error.position = title.source.position(title.offsets[min(1, len(title.offsets) - 1)])
+        error.position = title.source.position(title.offsets[min(1, len(title.offsets) - 1)])
         raise
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import random
 import sys
+import threading
 import tracemalloc
 from typing import TYPE_CHECKING
 
@@ -45,14 +46,20 @@ class TestDepth:
             'run (list "f ":n "- 1)',
         ],
     )
-    def test_last_calls_take_no_depth(self, session: Session, body: str) -> None:
+    def test_last_calls_take_no_depth(
+        self, session: Session, body: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("turtlewire.logo.evaluator.MAX_DEPTH", 100)
         body = body.replace("run (list", "if :n > 0 [run (list") + ("]" if "run (list" in body else "")
-        session.run(f"to f :n\n{body}\nend\nto g :n\n{body}\nend\nf 40000")
+        session.run(f"to f :n\n{body}\nend\nto g :n\n{body}\nend\nf 2000")
 
-    def test_outputs_of_last_calls_take_no_depth(self, session: Session) -> None:
+    def test_outputs_of_last_calls_take_no_depth(
+        self, session: Session, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("turtlewire.logo.evaluator.MAX_DEPTH", 100)
         program = (
             'to e :n\nif :n = 0 [output "true]\noutput o :n - 1\nend\n'
-            'to o :n\nif :n = 0 [output "false]\noutput e :n - 1\nend\nprint e 40000'
+            'to o :n\nif :n = 0 [output "false]\noutput e :n - 1\nend\nprint e 2000'
         )
         assert session.run(program) == "true\n"
 
@@ -74,6 +81,16 @@ class TestDepth:
         assert "does it ever stop" in str(error)
         assert session.run("print 1") == "1\n"
 
+    def test_depth_does_not_touch_the_c_stack(self, session: Session) -> None:
+        program = "to d :n\nif :n = 0 [output 0]\nrepeat 1 [output 1 + d :n - 1]\nend\nprint d 5000"
+        written: list[str] = []
+        before = threading.stack_size(256 * 1024)
+        thread = threading.Thread(target=lambda: written.append(session.run(program)))
+        thread.start()
+        threading.stack_size(before)
+        thread.join()
+        assert written == ["5000\n"]
+
     def test_nested_parentheses(self, session: Session) -> None:
         assert session.run("print " + "(" * 5000 + "1" + ")" * 5000) == "1\n"
 
@@ -93,6 +110,15 @@ class TestScope:
     def test_a_last_call_that_outputs_to_nobody(self, session: Session) -> None:
         error = session.error("to f\noutput 3\nend\nto g\nf\nend\ng")
         assert (error.text, error.procedure) == ("You don't say what to do with 3", "g")
+
+    def test_values_that_nothing_takes(self, session: Session) -> None:
+        assert session.error("to f\n3\nprint 1\nend\nf").text == "You don't say what to do with 3"
+        assert session.error("to f\nprint 1\n[a]\nend\nf").text == "You don't say what to do with [a]"
+        assert session.error("repeat 2 [3 print 1]").text == "You don't say what to do with 3"
+
+    def test_inputs_of_an_output_call(self, session: Session) -> None:
+        program = "to f :x\noutput :x\nend\nto g\noutput f print 1\nend\nprint g"
+        assert session.error(program).text == "print didn't output to f"
 
     def test_output_from_within_an_input(self, session: Session) -> None:
         assert session.run('to f\nprint if "true [output 3]\nend\nprint f') == "3\n"

@@ -57,10 +57,10 @@ def test_places_count_in_the_file() -> None:
 
 
 def test_definitions() -> None:
-    (definition,) = read("To sq :n\n\nfd :n\nEND\n")
+    (definition,) = read("To sq :n\n\nfd (:n +\n1)\nEND\n")
     assert isinstance(definition, Definition)
     assert show(definition.title) == "[To sq :n]"
-    assert [show(line) for line in definition.body] == ["[fd :n]"]
+    assert [show(line) for line in definition.body] == ["[fd (:n + 1)]"]
 
 
 @pytest.mark.parametrize(

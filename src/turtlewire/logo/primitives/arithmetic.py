@@ -106,10 +106,8 @@ def _int(_logo: Interpreter, a: Value) -> Number:
 @primitive("round", 1)
 def _round(_logo: Interpreter, a: Value) -> Number:
     value = number(a)
-    if isinstance(value, int):
-        return value
-    rounded = math.floor(abs(value) + 0.5)
-    return _finite(-rounded if value < 0 else rounded, a)
+    rounded = value if isinstance(value, int) else math.floor(abs(value) + 0.5)
+    return _finite(-rounded if isinstance(value, float) and value < 0 else rounded, a)
 
 
 @primitive("abs", 1)

@@ -69,7 +69,7 @@ def _global(_logo: Interpreter, inputs: list[Value]) -> None:
 # --- procedures -----------------------------------------------------------------------------------------------
 
 
-@primitive("to", 1, minimum=0, maximum=-1)
+@primitive("to", 0, maximum=-1)
 def _to(_logo: Interpreter, _inputs: list[Value]) -> None:
     raise LogoError(
         23,
