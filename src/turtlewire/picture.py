@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from turtlewire.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from turtlewire.trace import Stroke, Trace
     from turtlewire.turtle import Pose
 
@@ -42,6 +44,7 @@ PX_PER_MM_OF_A_POINT = 1.0
 
 INK = "#1d2a3a"
 TRAVEL = "#9fb6cf"
+WALL = "#d9cdbf"
 SCALE = "#5b6b7d"
 SHELL, SHELL_LINE, SKIN = "#2f8f5b", "#e9f7ee", "#74c08c"
 
@@ -80,6 +83,10 @@ ADVICE = {
 }
 
 
+# A straight piece of wall: x1, y1, x2, y2 in millimetres.
+Segment = tuple[float, float, float, float]
+
+
 class Layout(NamedTuple):
     """How millimetres become pixels: the size of the sheet, and where the origin lies on it."""
 
@@ -96,7 +103,7 @@ class Layout(NamedTuple):
         return f"{round(x, 2):g},{round(y, 2):g}"
 
 
-def save(trace: Trace, path: Path, *, title: str = "") -> None:
+def save(trace: Trace, path: Path, *, title: str = "", walls: Sequence[Segment] = ()) -> None:
     """Write a picture; the suffix of the path, .svg or .png, says which kind.
 
     The file appears whole or not at all: an old picture survives a full disk.
@@ -106,7 +113,7 @@ def save(trace: Trace, path: Path, *, title: str = "") -> None:
         OutputError: the file cannot be written.
     """
     kind = format_of(path)
-    text = svg(trace, title=title)
+    text = svg(trace, title=title, walls=walls)
     data = png(text) if kind == ".png" else text.encode()
     try:
         _write(path, data)
@@ -138,15 +145,15 @@ def format_of(path: Path) -> str:
     return kind
 
 
-def svg(trace: Trace, *, title: str = "") -> str:
-    """The picture as SVG text; ``title`` is what a viewer shows as its name.
+def svg(trace: Trace, *, title: str = "", walls: Sequence[Segment] = ()) -> str:
+    """The picture as SVG text; ``title`` is what a viewer shows as its name, ``walls`` stand around the turtle.
 
     Raises:
         OutputError: the drawing has no finite size.
     """
     import drawsvg  # type: ignore[import-untyped]
 
-    layout = _layout(trace)
+    layout = _layout(trace, walls)
     drawing = drawsvg.Drawing(layout.width, layout.height)
     if title:
         drawing.append_title(NOT_XML.sub("\N{REPLACEMENT CHARACTER}", title))
@@ -156,6 +163,11 @@ def svg(trace: Trace, *, title: str = "") -> str:
     ink = drawsvg.Group(id="ink", stroke=INK, stroke_width=2, **lines)
     for stroke in trace.strokes:
         (ink if stroke.pen_down else travel).append(drawsvg.Path(_path(stroke, layout)))
+    if walls:
+        standing = drawsvg.Group(id="walls", stroke=WALL, stroke_width=6, **lines)
+        for wall in walls:
+            standing.append(drawsvg.Path(f"M{layout.place(*wall[:2])} {layout.place(*wall[2:])}"))
+        drawing.append(standing)
     drawing.append(travel)
     drawing.append(ink)
     scale = drawsvg.Group(id="scale", stroke=SCALE, stroke_width=1.6, **lines)
@@ -178,11 +190,13 @@ def png(svg: str) -> bytes:
     return bytes(resvg_py.svg_to_bytes(svg_string=svg, skip_system_fonts=True))
 
 
-def _layout(trace: Trace) -> Layout:
-    """Fit all strokes, and the turtle at its start and end, on a sheet."""
+def _layout(trace: Trace, walls: Sequence[Segment]) -> Layout:
+    """Fit all strokes and walls, and the turtle at its start and end, on a sheet."""
     poses: tuple[Pose, ...] = (trace.start, trace.pose)
     xs = [pose.x_mm for pose in poses] + [x for stroke in trace.strokes for x, _ in stroke.points]
     ys = [pose.y_mm for pose in poses] + [y for stroke in trace.strokes for _, y in stroke.points]
+    xs += [x for wall in walls for x in (wall[0], wall[2])]
+    ys += [y for wall in walls for y in (wall[1], wall[3])]
     left, right, bottom, top = min(xs), max(xs), min(ys), max(ys)
     width_mm, height_mm = right - left, top - bottom
     if not math.isfinite(sum(xs) + sum(ys)):

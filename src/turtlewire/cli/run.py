@@ -171,7 +171,7 @@ class _Report:
         from turtlewire import picture
 
         for path in paths:
-            picture.save(robot.trace, path, title=self._result["program"])
+            picture.save(robot.trace, path, title=self._result["program"], walls=robot.walls)
             self._result["pictures"].append(str(path))
 
     def end(self) -> int:

@@ -76,7 +76,7 @@ def execute(arguments: argparse.Namespace) -> int:
         asyncio.run(_serve(robot, arguments))
     finally:
         for path in arguments.picture:
-            picture.save(robot.trace, path)
+            picture.save(robot.trace, path, walls=robot.walls)
             print(f"drawn {path}", file=sys.stderr)
     return INTERRUPTED
 

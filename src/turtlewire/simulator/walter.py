@@ -22,9 +22,9 @@ from turtlewire.trace import Trace
 from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
-    from turtlewire.simulator.world import Contact
+    from turtlewire.simulator.world import Contact, Wall
 
 __all__ = ["Action", "Settings", "SimulatedWalter", "Statistics"]
 
@@ -144,6 +144,11 @@ class SimulatedWalter:
         if not self._motion:
             return self._trace
         return self._motion.drawn(self._trace, self._motion.progress(self.now), pen_down=self.pen_is_down)
+
+    @property
+    def walls(self) -> Sequence[Wall]:
+        """What stands around it."""
+        return self.settings.world.walls
 
     def clear_trace(self) -> None:
         """A new sheet: forget what has been drawn up to now."""

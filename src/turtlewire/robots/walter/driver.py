@@ -28,7 +28,7 @@ from turtlewire.robots.walter.whereabouts import TOLERANCE_DEG, TOLERANCE_MM, UN
 from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from types import TracebackType
     from typing import Self
 
@@ -44,6 +44,10 @@ class Paper(Protocol):
     @property
     def trace(self) -> Trace:
         """What is drawn there now."""
+
+    @property
+    def walls(self) -> Sequence[tuple[float, float, float, float]]:
+        """What stands there: x1, y1, x2, y2 in millimetres."""
 
     def clear_trace(self) -> None:
         """Put a new sheet there."""
@@ -121,6 +125,11 @@ class AsyncWalter:
         What was sent and is not confirmed yet is not in the latter.
         """
         return self._wire.where.trace if self._paper is None else self._paper.trace
+
+    @property
+    def walls(self) -> Sequence[tuple[float, float, float, float]]:
+        """The walls around the robot (x1, y1, x2, y2 in millimetres), where they can be seen (a simulated robot)."""
+        return () if self._paper is None else self._paper.walls
 
     @property
     def statistics(self) -> Statistics:

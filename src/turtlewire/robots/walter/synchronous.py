@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from turtlewire.turtle import Pose, Turtle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from types import TracebackType
     from typing import Self
 
@@ -70,6 +71,11 @@ class Walter(Turtle):
     def trace(self) -> Trace:
         """What the robot drew, where that can be seen; else the way that it is known to have gone."""
         return self._robot.trace
+
+    @property
+    def walls(self) -> Sequence[tuple[float, float, float, float]]:
+        """The walls around the robot (x1, y1, x2, y2 in millimetres), where they can be seen."""
+        return self._robot.walls
 
     @property
     def statistics(self) -> Statistics:
