@@ -3,43 +3,53 @@
 from __future__ import annotations
 
 import argparse
-import os
-import signal
 import sys
-from typing import TYPE_CHECKING, NoReturn
+import traceback
+from typing import TYPE_CHECKING
 
-from turtlewire.cli import run, simulate, stop
+from turtlewire.cli import output, run, simulate, stop
+from turtlewire.cli.signals import INTERRUPTED, Interrupted, Signals
 from turtlewire.errors import TurtlewireError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import FrameType
+    from types import TracebackType
 
-INTERRUPTED = 130
-EPILOG = "exit codes: 0 done, 1 the program or its data is wrong, 2 usage, 3 robot or link, 130 interrupted"
+EPILOG = """\
+examples:
+  turtlewire run examples/rose.logo --picture rose.svg
+  turtlewire simulate walter --listen pty        (prints a URL)
+  turtlewire run examples/rose.logo --port URL   (in another terminal)
+  turtlewire stop --port URL
 
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM came: the same way out as Ctrl-C, so that the robot is stopped."""
+exit codes:
+  0 done, 1 the program or its data is wrong, 2 usage, 3 robot or link, 130 interrupted
+"""
+USAGE = 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
-    options = _parser().parse_args(arguments)
-    signal.signal(signal.SIGTERM, _terminate)
-    try:
-        code: int = options.execute(options)
-        sys.stdout.flush()
-    except TurtlewireError as error:
-        print("\n".join([f"turtlewire: {error}", *getattr(error, "__notes__", [])]), file=sys.stderr)
-        return error.exit_code
-    except BrokenPipeError:
-        # Whoever read our output has gone; what is left to flush must not complain again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-    except KeyboardInterrupt:
-        print("turtlewire: interrupted", file=sys.stderr)
-        return INTERRUPTED
+    output.prepare()
+    sys.excepthook = _tell_of_bug
+    arguments = sys.argv[1:] if arguments is None else arguments
+    parser = _parser()
+    if not arguments:
+        output.tell(parser.format_help())
+        return USAGE
+    parsed = parser.parse_args(arguments)
+    with Signals() as signals:
+        try:
+            try:
+                code: int = parsed.execute(parsed, signals)
+            finally:
+                output.finish()
+        except TurtlewireError as error:
+            output.tell("\n".join([f"turtlewire: {error}", *getattr(error, "__notes__", [])]))
+            return error.exit_code
+        except Interrupted as error:
+            output.tell(f"turtlewire: interrupted ({error})")
+            return INTERRUPTED
     return code
 
 
@@ -48,28 +58,33 @@ def _parser() -> argparse.ArgumentParser:
         prog="turtlewire",
         description="Drive, program and trust any small serial robot.",
         epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=_Version())
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in (run, simulate, stop):
         command.add_parser(commands)
     return parser
 
 
-class _Version(str):
+class _Version(argparse.Action):
     """The version, looked up when it is asked for: that takes longer than anything else here."""
 
-    __slots__ = ()
-
-    def __mod__(self, _: object) -> str:
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from importlib.metadata import version
 
-        return f"turtlewire {version('turtlewire')}"
-
-    def __str__(self) -> str:
-        return self % ()
+        print(f"turtlewire {version('turtlewire')}")
+        parser.exit()
 
 
-def _terminate(number: int, frame: FrameType | None) -> NoReturn:
-    del number, frame
-    raise Terminated
+def _tell_of_bug(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:
+    """An exception that nobody raised on purpose: a paragraph too; the traceback with ``python -X dev``."""
+    if sys.flags.dev_mode:
+        sys.__excepthook__(kind, error, where)
+        return
+    frames = traceback.extract_tb(where)
+    place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+    output.tell(
+        f"turtlewire: this is a bug in turtlewire, please report it: {kind.__name__}: {error}{place}. "
+        "With PYTHONDEVMODE=1 in the environment it tells more"
+    )

@@ -28,6 +28,31 @@ SETTINGS: dict[str, Callable[[str], Any]] = {
 }
 
 
+def add_command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    name: str,
+    *,
+    summary: str,
+    description: str,
+    examples: str,
+) -> argparse.ArgumentParser:
+    """Add the parser of a command, with examples below its options."""
+    return commands.add_parser(
+        name,
+        help=summary,
+        description=description,
+        epilog=examples,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def add_require_replies(parser: argparse.ArgumentParser) -> None:
+    """``--require-replies``: no robot that answers nothing."""
+    parser.add_argument(
+        "--require-replies", action="store_true", help="refuse a robot that answers no queries (exit code 3)"
+    )
+
+
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """``--set``: how to drive the robot."""
     parser.add_argument(
@@ -57,7 +82,10 @@ def settings(assignments: list[str], **more: Any) -> Settings:
 
 def positive(text: str) -> float:
     """A number above 0, for argparse."""
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
     if not 0.0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return value

@@ -2,38 +2,47 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
-import signal
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import urlencode
 
-from turtlewire.cli import options
+from turtlewire.cli import options, output
+from turtlewire.cli.signals import INTERRUPTED
+from turtlewire.errors import TurtlewireError
 
 if TYPE_CHECKING:
     import argparse
 
-    from turtlewire.simulator.walter import SimulatedWalter
+    from turtlewire.cli.signals import Signals
+    from turtlewire.simulator.walter import Action, SimulatedWalter
 
-INTERRUPTED = 130
 NUMBERS = {
-    "--seed": ("SEED", "of slip and noise (0)"),
+    "--seed": ("N", "of slip and noise (0)"),
     "--slip": ("PART", "a wheel loses up to this part of its way, 0..1 (0)"),
     "--noise": ("MM", "standard deviation of a wheel's way after a metre (0)"),
     "--baud": ("BAUD", "of the line; 0: bytes take no time (9600)"),
     "--boot-s": ("SECONDS", "it takes to boot, and hears nothing meanwhile (0)"),
     "--watchdog-s": ("SECONDS", "of silence after which it stops by itself (never)"),
 }
+EXAMPLES = """\
+examples:
+  turtlewire simulate walter
+      on a new pty, in real time; the first line printed is its path
+  turtlewire simulate walter --listen socket://127.0.0.1:2000 --speed 10 --picture drawn.svg
+      on a socket, ten times as fast; Ctrl-C ends it and writes the picture
+  turtlewire simulate walter --basic --verbose
+      one that answers no queries, and says on standard error what it does
+"""
 
 
 def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add this command."""
-    parser = commands.add_parser(
+    parser = options.add_command(
+        commands,
         "simulate",
-        help="offer a simulated robot to any program",
-        description="Offer a simulated robot to any program. The first line printed is the URL that it listens on.",
+        summary="offer a simulated robot to any program",
+        description="Offer a simulated robot to any program, until Ctrl-C or a signal. "
+        "The first line printed is the URL that it listens on.",
+        examples=EXAMPLES,
     )
     parser.add_argument("robot", choices=["walter"], help="what robot")
     parser.add_argument(
@@ -55,13 +64,19 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         action="append",
         default=[],
         type=Path,
-        help="drawn when it ends (.svg, .png)",
+        help="drawn when it ends: .svg or .png, as often as wanted",
+    )
+    parser.add_argument(
+        "-v", "--verbose", action="store_true", help="say on standard error what the robot does, and when"
     )
     parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Serve until a signal comes."""
+    import asyncio
+    from urllib.parse import urlencode
+
     from turtlewire import picture
     from turtlewire.connect import simulated
 
@@ -72,27 +87,53 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.basic:
         values["basic"] = "1"
     robot = simulated(f"sim:{arguments.robot}?{urlencode(values)}")
+    if arguments.verbose:
+        robot.events = _tell_action
     try:
-        asyncio.run(_serve(robot, arguments))
+        try:
+            asyncio.run(_serve(robot, arguments, signals))
+        finally:
+            signals.hold()
     finally:
-        for path in arguments.picture:
-            picture.save(robot.trace, path, walls=robot.walls)
-            print(f"drawn {path}", file=sys.stderr)
+        failures = _save_pictures(robot, arguments.picture)
+    if failures:
+        raise failures[0]
+    output.tell(f"turtlewire: interrupted ({signals.received})")
     return INTERRUPTED
 
 
-async def _serve(robot: SimulatedWalter, arguments: argparse.Namespace) -> None:
+def _save_pictures(robot: SimulatedWalter, paths: list[Path]) -> list[TurtlewireError]:
+    """Write them all; what kept some from being written."""
+    from turtlewire import picture
+
+    failures: list[TurtlewireError] = []
+    trace = robot.trace
+    for path in dict.fromkeys(paths):
+        try:
+            picture.save(trace, path)
+            output.tell(f"drawn {path}")
+        except TurtlewireError as error:
+            failures.append(error)
+    for further in failures[1:]:
+        output.tell(f"turtlewire: {further}")
+    return failures
+
+
+async def _serve(robot: SimulatedWalter, arguments: argparse.Namespace, signals: Signals) -> None:
+    import asyncio
+
     from turtlewire.simulator.server import serve
 
     stopped = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(NotImplementedError):  # Windows: KeyboardInterrupt does it
-            loop.add_signal_handler(number, stopped.set)
-    await serve(
-        robot,
-        arguments.listen,
-        speed=arguments.speed,
-        ready=lambda url: print(url, flush=True),
-        stopped=stopped,
-    )
+    # From the handler of a signal: it may interrupt the loop anywhere.
+    signals.then(lambda: loop.call_soon_threadsafe(stopped.set))
+    await serve(robot, arguments.listen, speed=arguments.speed, ready=_tell_url, stopped=stopped)
+
+
+def _tell_url(url: str) -> None:
+    output.write(f"{url}\n")
+
+
+def _tell_action(action: Action) -> None:
+    output.tell(f"{action.time_s:10.3f} s  {action.what}")

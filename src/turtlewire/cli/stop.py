@@ -2,38 +2,60 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import options
-from turtlewire.errors import UsageError
+from turtlewire.cli import options, output
+from turtlewire.errors import LinkClosedError, RobotError, UsageError
 
 if TYPE_CHECKING:
     import argparse
 
+    from turtlewire.cli.signals import Signals
+
+EXAMPLES = """\
+examples:
+  turtlewire stop --port /dev/ttyUSB0
+  turtlewire stop --port socket://robot.local:2000 --require-replies && echo "it stands"
+"""
+
 
 def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add this command."""
-    parser = commands.add_parser(
-        "stop", help="stop a robot, whatever it is doing", description="Stop a robot, whatever it is doing."
+    parser = options.add_command(
+        commands,
+        "stop",
+        summary="stop a robot, whatever it is doing",
+        description="Stop a robot, whatever it is doing; then ask where it is.",
+        examples=EXAMPLES,
     )
     parser.add_argument("--robot", choices=["walter"], default="walter", help="what robot it is (walter)")
     parser.add_argument("--port", metavar="URL", required=True, help=options.PORTS)
+    options.add_require_replies(parser)
     options.add_settings(parser)
     parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Send the stop first; then see whether the robot confirms it."""
     from turtlewire.connect import is_simulated, stop
 
-    if is_simulated(arguments.port):
-        raise UsageError(f"{arguments.port} is a robot of its own in each process: there is nothing to stop")
-    pose = stop(arguments.port, options.settings(arguments.set))
+    del signals  # one that comes before the stop is sent may end this, and later it does no harm
+    port: str = arguments.port
+    if is_simulated(port):
+        raise UsageError(f"{port} is a robot of its own in each process: there is nothing to stop")
+    if port in ("pty", "pty:"):
+        raise UsageError("pty is a new port, with no robot at it yet: name the port of the robot")
+    settings = options.settings(arguments.set, require_replies=arguments.require_replies)
+    try:
+        pose = stop(port, settings)
+    except (RobotError, LinkClosedError) as error:
+        error.add_note(f"The stop was sent to {port} before that, but nothing confirms it.")
+        raise
     if pose is None:
-        print(f"the stop was sent to {arguments.port}; the robot confirms nothing", file=sys.stderr)
+        output.tell(f"the stop was sent to {port}; the robot answers nothing, so nothing confirms it")
     else:
-        print(
-            f"stopped: the robot answers, at x {pose.x_mm:g} mm, y {pose.y_mm:g} mm, heading {pose.heading_deg:g}"
+        output.write(
+            f"stopped: the robot answers, at x {pose.x_mm:g} mm, y {pose.y_mm:g} mm, "
+            f"heading {pose.heading_deg:g} degrees\n"
         )
     return 0

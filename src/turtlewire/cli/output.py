@@ -1,0 +1,59 @@
+"""Standard output and standard error: whatever becomes of them, the robot comes first."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import sys
+
+from turtlewire.errors import OutputError
+
+
+def prepare() -> None:
+    """Make both usable: open, able to take every character, and quick to show what is written."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # The lowest free number, which is this one. A port must not become standard output.
+            os.open(os.devnull, os.O_RDWR)
+    # Closed, as by `>&-`; print() would write nothing, but write() would fail.
+    sys.stdout = sys.stdout or io.TextIOWrapper(io.FileIO(os.devnull, "w"))
+    sys.stderr = sys.stderr or io.TextIOWrapper(io.FileIO(os.devnull, "w"))
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace", line_buffering=True)
+
+
+def write(text: str) -> None:
+    """Write to standard output. Raises ``OutputError``."""
+    try:
+        sys.stdout.write(text)
+    except OSError as error:
+        raise _explained(error) from error
+
+
+def tell(text: str) -> None:
+    """Say something to people, on standard error; if nobody is there, nothing is lost by it."""
+    with contextlib.suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
+
+
+def finish() -> None:
+    """Write what has not been written yet. Raises ``OutputError``."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        raise _explained(error) from error
+
+
+def _explained(error: OSError) -> OutputError:
+    # What could not be written is still in the buffer: let Python's own end not stumble over it.
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if error.errno in (errno.EPIPE, errno.EINVAL):  # EINVAL: Windows
+        return OutputError(
+            "the output is no longer read: the program that it was piped into has ended (head does that)"
+        )
+    return OutputError(f"cannot write the output: {error.strerror or error}")

@@ -1,0 +1,158 @@
+"""What people, or with ``--json`` programs, are told of a run: while it goes on, and how it ended."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import TYPE_CHECKING, Any
+
+from turtlewire.cli import output
+from turtlewire.cli.progress import duration
+from turtlewire.cli.signals import INTERRUPTED, Interrupted
+from turtlewire.errors import LinkError, TurtlewireError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from turtlewire.logo import Position
+    from turtlewire.robots.walter import Walter
+
+
+class Report:
+    """Gathers what is known of a run; ``end`` tells it, however the run ended.
+
+    Args:
+        program: what the program is called.
+        as_json: gather everything, the program's output too, into one JSON object.
+        is_real: the robot is a real one, or somebody else's: it takes its own time, and has to be stopped.
+    """
+
+    def __init__(self, program: str, *, as_json: bool, is_real: bool) -> None:
+        self._as_json = as_json
+        self._is_real = is_real
+        self._started = time.perf_counter()
+        self._output: list[str] = []
+        self._errors: list[str] = []
+        self._is_reachable = True
+        self._result: dict[str, Any] = {
+            "outcome": "done",
+            "exit_code": 0,
+            "program": program,
+            "error": None,
+            "warnings": [],
+            "pictures": [],
+            "statistics": None,
+            "robot_pose": None,
+            "host_pose": None,
+            "host_seconds": 0.0,
+        }
+
+    def notify(self, text: str) -> None:
+        """A warning of the driver."""
+        self._result["warnings"].append(text)
+        if not self._as_json:
+            output.tell(f"turtlewire: {text}")
+
+    def announce(self, path: str) -> None:
+        """Where the robot has to be, for a new pty."""
+        output.tell(f"waiting for the robot at {path}")
+
+    def keep_output(self, text: str) -> None:
+        """Output of the program, for ``--json``."""
+        self._output.append(text)
+
+    def finished(self, robot: Walter) -> None:
+        """The program is done: where does the robot say that it is?"""
+        if "Q" in robot.groups:
+            self._result["robot_pose"] = robot.reported_pose()._asdict()
+        self._result["host_pose"] = robot.pose._asdict()
+
+    def measure(self, robot: Walter) -> None:
+        """The figures of the connection, however far it came."""
+        self._result["statistics"] = robot.statistics._asdict()
+        self._result["host_seconds"] = time.perf_counter() - self._started
+
+    def drawn(self, path: Path) -> None:
+        """A picture was written."""
+        self._result["pictures"].append(str(path))
+
+    def interrupted(self, error: Interrupted, position: Position | None) -> None:
+        """A signal ended the run, at a place in the program if it had begun."""
+        place = f" at {position.file}, line {position.line}" if position is not None else ""
+        self._fail("interrupted", INTERRUPTED, error, f"interrupted ({error}){place}", position)
+
+    def failed(self, error: BaseException) -> None:
+        """An error ended the run, or what comes after it; the first one counts."""
+        code = error.exit_code if isinstance(error, TurtlewireError) else 1
+        self._is_reachable = self._is_reachable and not isinstance(error, LinkError)
+        message = "\n".join([str(error) or type(error).__name__, *getattr(error, "__notes__", [])])
+        self._fail("error", code, error, message, getattr(error, "position", None))
+
+    def _fail(
+        self, outcome: str, code: int, error: BaseException, message: str, position: Position | None
+    ) -> None:
+        self._errors.append(message)
+        if self._result["error"] is not None:
+            return
+        place = (
+            {"file": position.file, "line": position.line, "column": position.column} if position else None
+        )
+        self._result["outcome"], self._result["exit_code"] = outcome, code
+        self._result["error"] = {"type": type(error).__name__, "message": message, "position": place}
+
+    def end(self, received: str) -> int:
+        """Tell how it went; return the exit code. ``received``: the signal that came, if any.
+
+        Raises ``OutputError`` if nobody takes what goes to standard output.
+        """
+        if received and self._result["error"] is None:
+            # It came when all was done but the telling.
+            self._result["exit_code"] = INTERRUPTED
+        if self._as_json:
+            output.write(json.dumps(self._result | {"output": "".join(self._output)}) + "\n")
+        elif self._errors:
+            output.tell(
+                "\n".join([*(f"turtlewire: {error}" for error in self._errors), *self._what_is_left()])
+            )
+        else:
+            output.tell("\n".join(self._summary()))
+        code: int = self._result["exit_code"]
+        return code
+
+    def _what_is_left(self) -> Iterator[str]:
+        """After an error: the state of the robot and of the drawing."""
+        figures = self._result["statistics"]
+        if figures is None:
+            return
+        if self._is_real and self._is_reachable:
+            yield f"The robot was stopped, after {figures['distance_mm'] / 1000:.2f} m."
+        elif self._is_real:
+            yield "The robot cannot be reached to stop it: if it still moves, switch it off."
+        if self._result["pictures"]:
+            yield f"What was drawn until then is in {', '.join(self._result['pictures'])}."
+
+    def _summary(self) -> Iterator[str]:
+        figures, host = self._result["statistics"], self._result["host_pose"]
+        robot = self._result["robot_pose"]
+        robot_s, host_s = figures["seconds"], self._result["host_seconds"]
+        yield f"{self._result['program']}: done"
+        yield (
+            f"  sent       {figures['commands']} commands ({figures['fences']} of them fences) "
+            f"in {figures['bytes_sent']} bytes; {figures['bytes_received']} bytes came back"
+        )
+        yield f"  driven     {figures['distance_mm'] / 1000:.2f} m in {duration(robot_s)} of the robot's time"
+        if not self._is_real:
+            yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
+        yield f"  host pose  {_pose(host)}"
+        yield f"  robot pose {_pose(robot) if robot else 'it cannot tell'}"
+        if figures["corrections"]:
+            yield f"  corrected  {figures['corrections']} times: the robot was not where it should have been"
+        if self._result["pictures"]:
+            yield f"  drawn      {', '.join(self._result['pictures'])}"
+
+
+def _pose(pose: dict[str, float]) -> str:
+    # + 0.0 makes a plain zero of a negative one.
+    x, y, heading = (round(pose[key], 3) + 0.0 for key in ("x_mm", "y_mm", "heading_deg"))
+    return f"x {x:g} mm, y {y:g} mm, heading {heading % 360.0:g} degrees"

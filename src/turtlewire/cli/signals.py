@@ -1,0 +1,65 @@
+"""Ctrl-C, SIGTERM and SIGHUP: one way out for all, taken once, and disturbed by no other."""
+
+from __future__ import annotations
+
+import signal
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType
+    from typing import Any, Self
+
+INTERRUPTED = 130
+# What ends a program; SIGBREAK is Windows' Ctrl-Break.
+NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal asks this program to end. ``str`` of it names the signal."""
+
+
+class Signals:
+    """The first signal raises ``Interrupted``, or does what ``then`` says; every later one is only noted.
+
+    So a second Ctrl-C never keeps the first one from stopping the robot. Whatever was ignored before (``nohup``)
+    stays so.
+
+    Attributes:
+        received: the name of the first signal, or ``""``.
+    """
+
+    def __init__(self) -> None:
+        self.received = ""
+        self._act: Callable[[], object] = self._raise
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Self:
+        for name in NAMES:
+            number: signal.Signals | None = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+                self._before[number] = signal.signal(number, self._handle)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # After a signal nothing may disturb what little is left of the way out.
+        if not self.received:
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
+
+    def then(self, act: Callable[[], object]) -> None:
+        """Have this called on the first signal, in the main thread, instead of an exception."""
+        self._act = act
+
+    def hold(self) -> None:
+        """From now on signals are only noted: the way out has begun."""
+        self._act = lambda: None
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        del frame
+        if not self.received:
+            self.received = signal.Signals(number).name
+            self._act()
+
+    def _raise(self) -> None:
+        raise Interrupted(self.received)
