@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import math
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, urlsplit
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
+    from turtlewire.links.link import Link
     from turtlewire.simulator.walter import SimulatedWalter
     from turtlewire.turtle import Pose
 
@@ -67,8 +67,8 @@ async def connect_async(
     announce: Callable[[str], None] = print,
 ) -> AsyncWalter:
     """``connect`` for asynchronous programs: ``async with await turtlewire.connect_async(url) as robot``."""
-    settings = settings or Settings()
-    notify = notify or logging.getLogger("turtlewire").warning
+    settings = (settings or Settings()).checked()
+    notify = notify or _warn
     if is_simulated(url):
         from turtlewire.links.memory import MemoryLink
 
@@ -76,9 +76,7 @@ async def connect_async(
         settings = settings._replace(baud=end.settings.baud or settings.baud)
         robot = AsyncWalter(MemoryLink(end, url, pace), settings, notify, paper=end)
     else:
-        from turtlewire.links.stream import open_port
-
-        link = await open_port(url, baud=settings.baud, announce=announce)
+        link, settings = await _opened(url, settings, announce)
         robot = AsyncWalter(link, settings, notify)
     await robot.connect()
     return robot
@@ -91,20 +89,35 @@ def stop(url: str, settings: Settings | None = None) -> Pose | None:
     """
     runner = ThreadRunner()
     try:
-        return runner.run(_stop(url, settings or Settings()))
+        return runner.run(_stop(url, (settings or Settings()).checked()))
     finally:
         runner.close()
 
 
 async def _stop(url: str, settings: Settings) -> Pose | None:
-    from turtlewire.links.stream import open_port
-
-    link = await open_port(url, baud=settings.baud)
+    link, settings = await _opened(url, settings)
     # A robot that is booting hears nothing of this, but does not move either.
     link.write_urgent(EMERGENCY_STOP)
     async with AsyncWalter(link, settings) as robot:
         await robot.connect()
         return await robot.reported_pose() if "Q" in robot.groups else None
+
+
+async def _opened(
+    url: str, settings: Settings, announce: Callable[[str], None] = lambda _: None
+) -> tuple[Link, Settings]:
+    """The link to a port, and the settings with the baud rate that the port names, if it does."""
+    from turtlewire.links.port import Port
+    from turtlewire.links.stream import open_port
+
+    settings = settings._replace(baud=Port.parse(url).baud or settings.baud)
+    return await open_port(url, baud=settings.baud, announce=announce), settings
+
+
+def _warn(text: str) -> None:
+    import logging
+
+    logging.getLogger("turtlewire").warning(text)
 
 
 def simulated(url: str) -> SimulatedWalter:

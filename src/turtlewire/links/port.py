@@ -29,8 +29,11 @@ class Port(NamedTuple):
             if re.fullmatch(r"COM\d+", text, re.IGNORECASE) or text.startswith(("/", "\\\\.\\")):
                 return cls("serial", path=text)
             raise UsageError(f"{text!r} is no port: write {FORMS}")
-        url = urlsplit(text)
-        options = dict(parse_qsl(url.query, keep_blank_values=True))
+        try:
+            url = urlsplit(text)
+            options = dict(parse_qsl(url.query, keep_blank_values=True))
+        except ValueError as error:
+            raise UsageError(f"{text!r} is no port ({error}): write {FORMS}") from None
         if url.scheme == "serial":
             return cls._serial(text, url.netloc + url.path, options)
         if url.scheme == "socket":
@@ -43,7 +46,7 @@ class Port(NamedTuple):
         if options:
             raise UsageError(f"{text!r}: unknown option {next(iter(options))!r}; a serial port has baud")
         if not path:
-            raise UsageError(f"{text!r} names no device: write serial:///dev/ttyUSB0 or serial:COM3")
+            raise UsageError(f"{text!r} names no device: write serial:///dev/ttyUSB0 or serial://COM3")
         if baud is not None and not (baud.isascii() and baud.isdigit() and 50 <= int(baud) <= 4_000_000):
             raise UsageError(f"{text!r}: baud is {baud!r}, but must be a whole number from 50 to 4000000")
         return cls("serial", path=path, baud=int(baud) if baud else None)

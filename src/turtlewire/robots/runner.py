@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, TypeVar
+
+from turtlewire.errors import LinkClosedError
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -22,6 +25,11 @@ class Runner(ABC):
     @abstractmethod
     def close(self) -> None:
         """Let go of what the runner holds."""
+
+    @property
+    def is_here(self) -> bool:
+        """Whether this thread is the one that runs the coroutines, and so cannot wait for them."""
+        return False
 
 
 class InlineRunner(Runner):
@@ -52,25 +60,55 @@ class ThreadRunner(Runner):
         import asyncio
 
         self._loop = asyncio.new_event_loop()
+        self._lock = threading.Lock()
+        self._closed = False
         self._thread = threading.Thread(target=self._loop.run_forever, name="turtlewire", daemon=True)
         self._thread.start()
 
     def run(self, coroutine: Coroutine[object, None, T]) -> T:
-        """Run it over there. An exception that comes here meanwhile (Ctrl-C) ends it there too."""
-        import asyncio
+        """Run it over there. An exception that comes here meanwhile (Ctrl-C) ends it there too.
 
-        future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+        Raises ``LinkClosedError`` after ``close``.
+        """
+        import asyncio
+        import concurrent.futures
+
+        with self._lock:  # what is handed over before ``close`` is seen by it
+            if self._closed:
+                coroutine.close()
+                raise LinkClosedError("the link to the robot is closed: connect again")
+            future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
         try:
             return future.result()
+        except concurrent.futures.CancelledError:
+            raise LinkClosedError("the link to the robot was closed meanwhile: connect again") from None
         except BaseException:
             future.cancel()
             raise
 
+    @property
+    def is_here(self) -> bool:
+        """Whether this is the thread of the event loop."""
+        return threading.current_thread() is self._thread
+
     def close(self) -> None:
-        """End the loop and its thread."""
-        if self._loop.is_closed():
-            return
-        self._loop.call_soon_threadsafe(self._loop.stop)
+        """End what still runs, the loop and its thread."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
-        self._loop.run_until_complete(self._loop.shutdown_default_executor())
+        self._loop.run_until_complete(self._end_tasks())
+        with contextlib.suppress(RuntimeError):  # no new threads while the interpreter ends
+            self._loop.run_until_complete(self._loop.shutdown_default_executor())
         self._loop.close()
+
+    async def _end_tasks(self) -> None:
+        """Let what was cut off (by Ctrl-C) clean up behind itself, and let go of its port."""
+        import asyncio
+
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

@@ -135,11 +135,17 @@ class Session(Generic[EventT]):
         import contextlib
 
         assert self._changed is not None
-        with contextlib.suppress(LinkClosedError):  # kept as the failure that every waiter raises
-            while True:
-                await self._step()
-                self._notify()
-        self._notify()
+        try:
+            with contextlib.suppress(LinkClosedError):  # kept as the failure that every waiter raises
+                while True:
+                    await self._step()
+                    self._notify()
+        finally:
+            # However it ends, nobody may go on waiting for it.
+            self._failure = self._failure or LinkClosedError(
+                f"the link to {self.link.url} is not served any more"
+            )
+            self._notify()
 
     def _notify(self) -> None:
         import asyncio

@@ -6,6 +6,7 @@ When to send what is decided in ``protocols.walter.host``; what to aim at in ``r
 from __future__ import annotations
 
 import math
+from itertools import count
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import (
@@ -49,9 +50,15 @@ if TYPE_CHECKING:
 PEN_S = 0.2
 # A robot that is elsewhere each time it is asked is not under control.
 MAX_ROUNDS = 10
+# One lost answer does not make a robot silent.
+LEAST_ATTEMPTS = 3
 # The command for a positive amount, and its opposite for a negative one (W12).
 TURNS = (Right, Left)
 MOVES = (Forward, Back)
+
+
+class _DisturbedError(Exception):
+    """A limit event, or silence, came while the robot was being attended to: it has to be done again."""
 
 
 class _Question:
@@ -95,6 +102,9 @@ class Connection:
         # What an event has told, and the next operation has to see to.
         self._limit: str | None = None
         self._silent = False
+        self._attending = False
+        # How many commands had been sent when all of the pose was last asked for.
+        self._verified = -1
 
     # ------------------------------------------------------------------ events
 
@@ -132,14 +142,32 @@ class Connection:
         self._connected = True
 
     async def _attend(self, patience_s: float) -> None:
-        """W7, again and again until the robot answers or is given up.
+        """W7: get the robot's attention, and its pose; speed and pen are as they should be afterwards.
 
-        Afterwards it is stopped and in Logo control, its pose is asked for, speed and pen are as they should be.
+        A limit sensor that is held tells of it again and again, stopped robot or not, and a robot may fall silent in
+        the middle of it: then all is done again, so often and no more.
         """
+        self._attending = True
+        try:
+            for _ in range(MAX_ROUNDS):
+                try:
+                    await self._get_attention(patience_s)
+                    await self._set_up()
+                except _DisturbedError:
+                    continue
+                return
+        finally:
+            self._attending = False
+        raise NoReplyError(
+            f"the robot at {self.link.url} cannot be talked to: it falls silent, or a limit sensor trips, each time"
+        )
+
+    async def _get_attention(self, patience_s: float) -> None:
+        """W7, again and again until the robot answers or is given up: stopped, nothing queued, Logo control."""
         host, asks = self.host, "Q" in self.groups
         host.answers = True
         deadline = self.link.now() + patience_s
-        while True:
+        for attempt in count(1):
             self._limit, self._silent = None, False
             self.where.forget()
             malformed, question = host.malformed, _Question()
@@ -150,23 +178,32 @@ class Connection:
             timeout = self.settings.reply_timeout_s + 300.0 / self.settings.baud
             if await self._is_answered(question, self.link.now() + timeout):
                 break
-            if self.link.now() >= deadline:
+            if self.link.now() >= deadline and attempt >= LEAST_ATTEMPTS:
                 self._without_answers(host.malformed - malformed)
                 break
         host.answers = "Q" in self.groups
+
+    async def _set_up(self) -> None:
+        """After an attention: where the robot is, and its speed and pen as they should be."""
+        host = self.host
         self.where.place(await self._bearings())
         host.interrupted = None
         host.submit(SetSpeed(self.speed))
         self.submit(PenDown() if self.pen_down else PenUp(), PEN_S)
-        await self.session.until(lambda: host.unsent == 0)
+        await self.until(lambda: host.unsent == 0)
 
     async def _is_answered(self, question: _Question, deadline: float) -> bool:
-        return await self.session.until(lambda: question.reply is not None, deadline)
+        stops = self._stops
+        is_answered = await self.session.until(
+            lambda: question.reply is not None or stops != self._stops, deadline
+        )
+        self._raise_stop(stops)
+        return is_answered
 
     def _without_answers(self, rubbish: int) -> None:
         """The robot did not answer: go on as with a basic one, if that is possible."""
         url, settings = self.link.url, self.settings
-        if rubbish:
+        if rubbish and not self._connected:
             raise NoReplyError(
                 f"what answers at {url} does not speak WALTER's protocol ({rubbish} lines that mean nothing): "
                 f"is the baud rate {settings.baud} right, and is it the right robot?"
@@ -267,15 +304,27 @@ class Connection:
         await self.session.until(
             lambda: condition() or self._limit is not None or self._silent or stops != self._stops, deadline
         )
-        if stops != self._stops:
-            raise StoppedError("the robot was stopped: what it was doing, and what was waiting, is abandoned")
+        self._raise_stop(stops)
         await self._raise_event()
 
-    async def finish(self) -> None:
-        """Wait until everything that was submitted is done; then the robot is where the host thinks it is."""
+    def _raise_stop(self, stops: int) -> None:
+        if stops != self._stops:
+            raise StoppedError("the robot was stopped: what it was doing, and what was waiting, is abandoned")
+
+    async def finish(self, *, verify: bool = False) -> None:
+        """Wait until everything that was submitted is done; then the robot is where the host thinks it is.
+
+        A fence asks for one of four things; the others may be wrong, by a command that was damaged on the way.
+        ``verify`` asks for all, unless nothing was sent since it was done last.
+        """
+        host = self.host
         for _ in range(MAX_ROUNDS):
-            self.host.fence()
-            await self.until(lambda: self.host.idle)
+            if verify and host.answers and self._verified != host.commands_sent + host.unsent:
+                for query in (QueryPen(), QueryLocation(), QueryHeading()):
+                    host.submit(query)
+                self._verified = host.commands_sent + host.unsent
+            host.fence()
+            await self.until(lambda: host.idle)
             if not self.where.in_doubt:
                 return
             await self._reconcile()
@@ -316,6 +365,8 @@ class Connection:
 
     async def _raise_event(self) -> None:
         """Raise the error of a limit event (W13) or of silence (W15), the robot stopped and its pose asked for."""
+        if self._attending and (self._silent or self._limit is not None):
+            raise _DisturbedError
         if self._limit is not None:
             sensor = self._limit
             await self._attend(self.settings.reply_timeout_s)

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Protocol
 
 from turtlewire.errors import MessageError, NotSupportedError
-from turtlewire.protocols.walter.codec import encode
 from turtlewire.protocols.walter.messages import (
-    GoHome,
-    GoTo,
-    GoToX,
-    GoToY,
     HornHigh,
     HornLow,
     HornOff,
@@ -20,12 +14,11 @@ from turtlewire.protocols.walter.messages import (
     LogoCommand,
     RobotMessage,
     SetSpeed,
-    TurnTo,
 )
+from turtlewire.robots.walter.absolute import AbsoluteMoves
 from turtlewire.robots.walter.connection import Connection
 from turtlewire.robots.walter.settings import DEFAULTS, Settings, Statistics
-from turtlewire.robots.walter.whereabouts import TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM
-from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
+from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -35,6 +28,9 @@ if TYPE_CHECKING:
     from turtlewire.links.link import Link
     from turtlewire.trace import Trace
 
+# What one command may ask for: a kilometre, or a million degrees or seconds. A robot is not meant to go on for days
+# before the next command, nor the host to split a move into more commands than it has memory for.
+LARGEST = 1e6
 HORNS: dict[str, type[LogoCommand]] = dict(zip(TONES, (HornOff, HornLow, HornHigh), strict=True))
 
 
@@ -75,6 +71,7 @@ class AsyncWalter:
         paper: Paper | None = None,
     ) -> None:
         self._wire = Connection(link, settings.checked(), notify)
+        self._absolute = AbsoluteMoves(self._wire)
         self._paper = paper
         self._step_by_step = False
 
@@ -196,21 +193,8 @@ class AsyncWalter:
         _check("x_mm", x_mm)
         _check("y_mm", y_mm)
         await self._wire.ready()
-        position, frame = self._wire.where.position, self._wire.where.frame
-        here = frame.to_robot(position.robot)
-        there = frame.to_robot(Pose(x_mm, y_mm, position.robot.heading_deg))
-        x, y = round(there.x_mm / UNIT_MM), round(there.y_mm / UNIT_MM)
-        if here.y_mm == y * UNIT_MM:
-            command: LogoCommand = GoToX(x)
-        elif here.x_mm == x * UNIT_MM:
-            command = GoToY(y)
-        else:
-            command = GoTo(x, y)
-        arrived = frame.from_robot(Pose(x * UNIT_MM, y * UNIT_MM, here.heading_deg))
-        if arrived.distance_to(*position.robot[:2]) >= UNIT_MM and await self._sent_c([command], arrived):
-            position.exact = Pose(x_mm, y_mm, position.exact.heading_deg)
-        else:
-            self._wire.drive(position.go_to(x_mm, y_mm))
+        if not await self._absolute.go_to(x_mm, y_mm):
+            self._wire.drive(self._wire.where.position.go_to(x_mm, y_mm))
         await self._accepted()
 
     async def set_x(self, x_mm: float) -> None:
@@ -227,26 +211,16 @@ class AsyncWalter:
         await self._wire.ready()
         position = self._wire.where.position
         before = position.robot
-        steps = position.set_heading(heading_deg)
-        if steps:
+        if position.set_heading(heading_deg):
             after, position.robot = position.robot, before
-            if not await self._sent_c([self._turn_to(after)], after):
-                steps = position.align()
-                self._wire.drive(steps)
+            if not await self._absolute.turn_to(after):
+                self._wire.drive(position.align())
         await self._accepted()
-
-    def _turn_to(self, pose: Pose) -> TurnTo:
-        return TurnTo(round(self._wire.where.frame.to_robot(pose).heading_deg) % 360)
 
     async def home(self) -> None:
         """Go to the origin and look up."""
         await self._wire.ready()
-        position, origin = self._wire.where.position, self._wire.where.frame.origin
-        # C 0 goes to the robot's own origin, and promises no heading (W10).
-        is_own = (origin.x_mm, origin.y_mm) == (0.0, 0.0)
-        is_away = position.robot.distance_to(0.0, 0.0) >= UNIT_MM
-        if is_own and is_away and await self._sent_c([GoHome(), self._turn_to(HOME)], HOME):
-            position.exact = HOME
+        if await self._absolute.go_home():
             await self._accepted()
         else:
             await self.set_position(0.0, 0.0)
@@ -312,9 +286,10 @@ class AsyncWalter:
             raise MessageError(
                 f"speed is {speed}, but must be from 1 to 255: at 0 the robot would never arrive"
             )
+        command = SetSpeed(speed).check()
         await self._wire.ready()
         self._wire.speed = speed
-        self._wire.submit(SetSpeed(speed), 0.0)
+        self._wire.submit(command, 0.0)
         await self._accepted()
 
     async def horn(self, tone: str) -> None:
@@ -345,7 +320,7 @@ class AsyncWalter:
         """Wait until every motion is done, and the robot looks where the turtle looks."""
         await self._wire.ready()
         self._wire.drive(self._wire.where.position.align())
-        await self._wire.finish()
+        await self._wire.finish(verify=True)
 
     async def stop(self) -> None:
         """Stop at once, ahead of everything, and forget every motion not yet done (W8).
@@ -370,55 +345,8 @@ class AsyncWalter:
         if group not in self._wire.groups:
             raise NotSupportedError(f"the robot at {self._wire.link.url} {lack}")
 
-    def _can_send(self, command: LogoCommand) -> bool:
-        """Whether an absolute move may go over the wire; if not, the host makes it of turns and moves."""
-        if "C" not in self._wire.groups:
-            return False
-        if any(
-            not field.low <= value <= field.high
-            for field, value in zip(command.FIELDS, command.values(), strict=True)
-        ):
-            return False  # W5
-        arguments = encode(command)[len(command.LETTERS) : -1]
-        return not self._wire.settings.gentle or not set(arguments) & {0x0D, 0x0A}  # W8
-
-    async def _sent_c(self, commands: list[LogoCommand], arrived: Pose) -> bool:
-        """Have an absolute move sent that ends at a pose; False if the robot or the wire has no such command.
-
-        Whether the robot has group C shows in the pose after a first C move (W10).
-        """
-        wire = self._wire
-        if not all(self._can_send(command) for command in commands):
-            return False
-        before, speed = wire.where.position.robot, wire.speed
-        way_s = before.distance_to(*arrived[:2]) / (speed * wire.settings.mm_per_s_per_unit)
-        turns_s = 360.0 / (speed * wire.settings.deg_per_s_per_unit)
-        if wire.knows_c or not wire.host.answers:
-            *first, last = commands
-            for command in first:
-                wire.submit(command, way_s + turns_s, arrived._replace(heading_deg=math.nan))
-            wire.where.position.robot = arrived
-            wire.submit(last, way_s + turns_s, arrived)
-            return True
-        await wire.finish()
-        for command in commands:
-            wire.host.submit(command, way_s + turns_s)
-        pose = await wire.reported_pose()
-        wire.knows_c = True
-        if _distance(pose, arrived) < _distance(pose, before):
-            there = arrived if _distance(pose, arrived) <= 2.0 else pose
-            wire.where.arrived(there, pen_down=wire.pen_down)
-            return True
-        wire.groups = wire.groups - {"C"}
-        return False
-
-
-def _distance(pose: Pose, other: Pose) -> float:
-    """How far apart poses are, in tolerances."""
-    turned = abs(wrapped(pose.heading_deg - other.heading_deg))
-    return max(pose.distance_to(*other[:2]) / TOLERANCE_MM, turned / TOLERANCE_DEG)
-
 
 def _check(name: str, value: float) -> None:
-    if not math.isfinite(value):
-        raise MessageError(f"{name} is {value}: a robot needs a finite number")
+    # Not math.isfinite: an int may be larger than any float. Nor is nan between anything.
+    if not -LARGEST <= value <= LARGEST:
+        raise MessageError(f"{name} must be a number from {-LARGEST:.0f} to {LARGEST:.0f}")

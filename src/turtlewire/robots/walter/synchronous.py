@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import weakref
 from typing import TYPE_CHECKING
 
@@ -160,6 +161,10 @@ class Walter(Turtle):
 
 
 def _let_go(robot: AsyncWalter, runner: Runner) -> None:
+    if runner.is_here:
+        # The garbage collector calls in any thread: in this one it would wait for itself.
+        threading.Thread(target=_let_go, args=(robot, runner)).start()
+        return
     try:
         runner.run(robot.close(finish=False))
     finally:

@@ -8,7 +8,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from turtlewire.protocols.walter.messages import HeadingReply, PenReply, RobotMessage, XReply, YReply
+from turtlewire.protocols.walter.messages import (
+    HeadingReply,
+    LocationReply,
+    PenReply,
+    RobotMessage,
+    XReply,
+    YReply,
+)
 from turtlewire.robots.exact_pose import ExactPose
 from turtlewire.robots.frame import Frame
 from turtlewire.trace import Trace
@@ -86,9 +93,11 @@ class Whereabouts:
         if isinstance(reply, HeadingReply):
             return abs(wrapped(reply.heading_deg - pose.heading_deg)) > TOLERANCE_DEG
         if isinstance(reply, XReply):
-            return abs(pose.x_mm) < LARGEST_MM and abs(reply.x_half_mm * UNIT_MM - pose.x_mm) > TOLERANCE_MM
+            return _differs(reply.x_half_mm, pose.x_mm)
         if isinstance(reply, YReply):
-            return abs(pose.y_mm) < LARGEST_MM and abs(reply.y_half_mm * UNIT_MM - pose.y_mm) > TOLERANCE_MM
+            return _differs(reply.y_half_mm, pose.y_mm)
+        if isinstance(reply, LocationReply):
+            return _differs(reply.x_half_mm, pose.x_mm) or _differs(reply.y_half_mm, pose.y_mm)
         return self.trusts_pen and isinstance(reply, PenReply) and bool(reply.down) != self.confirmed.pen_down
 
     # ------------------------------------------------------------------ after a stop
@@ -174,6 +183,11 @@ class Whereabouts:
         if self.trusts_pen:
             return ""
         return "the robot's answers about its pen contradict what it was told; from now on they are ignored"
+
+
+def _differs(units: int, mm: float) -> bool:
+    """Whether a coordinate is another one than it should be, as far as the wire can tell."""
+    return abs(mm) < LARGEST_MM and abs(units * UNIT_MM - mm) > TOLERANCE_MM
 
 
 def matches(pose: Pose, other: Pose) -> bool:
