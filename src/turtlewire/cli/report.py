@@ -82,12 +82,15 @@ class Report:
         place = f" at {position.file}, line {position.line}" if position is not None else ""
         self._fail("interrupted", INTERRUPTED, error, f"interrupted ({error}){place}", position)
 
-    def failed(self, error: BaseException) -> None:
-        """An error ended the run, or what comes after it; the first one counts."""
+    def failed(self, error: BaseException, position: Position | None = None) -> None:
+        """An error ended the run, or what comes after it; the first one counts.
+
+        ``position`` is where the program was, for an error that does not know a place itself.
+        """
         code = error.exit_code if isinstance(error, TurtlewireError) else 1
         self._is_reachable = self._is_reachable and not isinstance(error, LinkError)
         message = "\n".join([str(error) or type(error).__name__, *getattr(error, "__notes__", [])])
-        self._fail("error", code, error, message, getattr(error, "position", None))
+        self._fail("error", code, error, message, getattr(error, "position", None) or position)
 
     def _fail(
         self, outcome: str, code: int, error: BaseException, message: str, position: Position | None

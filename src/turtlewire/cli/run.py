@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import argparse
 
     from turtlewire.cli.signals import Signals
-    from turtlewire.logo import Position
+    from turtlewire.logo import Interpreter, Position
     from turtlewire.robots.walter import Walter
 
 EXAMPLES = """\
@@ -83,7 +83,7 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     try:
         run.all(name)
     except TurtlewireError as error:
-        report.failed(error)
+        report.failed(error, run.position)
     except Interrupted as error:
         report.interrupted(error, run.position)
     except BaseException as error:
@@ -150,10 +150,20 @@ class _Run:
                 if not arguments.json:
                     interpreter.write = bar.write
                 interpreter.run(source, name)
-                robot.finish()
-                report.finished(robot)
+                self._finish(robot, interpreter)
         finally:
             self.position = interpreter.position
+
+    def _finish(self, robot: Walter, interpreter: Interpreter) -> None:
+        """The program is through; the robot may have some of it to do yet."""
+        try:
+            robot.finish()
+            self._report.finished(robot)
+        except TurtlewireError as error:
+            position = interpreter.position
+            if position is not None:
+                error.add_note(f"in the last motions of {position.file}, whose end is line {position.line}")
+            raise
 
     def _save_pictures(self, robot: Walter) -> None:
         """Write the pictures of what was drawn so far. One that fails keeps none of the others from being written."""
