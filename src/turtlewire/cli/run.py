@@ -135,7 +135,7 @@ class _Run:
                 robot.close(finish=False)
             finally:
                 report.measure(robot)
-                self._save_pictures(robot)
+                self._save_pictures(robot, name)
 
     def _drive(self, robot: Walter, source: str, name: str) -> None:
         """Run the program to its end and the robot to its last motion."""
@@ -165,14 +165,13 @@ class _Run:
                 error.add_note(f"in the last motions of {position.file}, whose end is line {position.line}")
             raise
 
-    def _save_pictures(self, robot: Walter) -> None:
+    def _save_pictures(self, robot: Walter, name: str) -> None:
         """Write the pictures of what was drawn so far. One that fails keeps none of the others from being written."""
         from turtlewire import picture
 
-        trace = robot.trace
         for path in dict.fromkeys(self._arguments.picture):
             try:
-                picture.save(trace, path, title=Path(self._arguments.program).name)
+                picture.save(robot.trace, path, title=name, walls=robot.walls)
             except TurtlewireError as error:
                 self.not_drawn.append(error)
             else:

@@ -107,10 +107,9 @@ def _save_pictures(robot: SimulatedWalter, paths: list[Path]) -> list[Turtlewire
     from turtlewire import picture
 
     failures: list[TurtlewireError] = []
-    trace = robot.trace
     for path in dict.fromkeys(paths):
         try:
-            picture.save(trace, path)
+            picture.save(robot.trace, path, walls=robot.walls)
             output.tell(f"drawn {path}")
         except TurtlewireError as error:
             failures.append(error)
