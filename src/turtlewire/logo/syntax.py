@@ -1,8 +1,9 @@
 """Instruction lists to syntax trees, by the arities that procedures have when the list is run.
 
 Precedence, lowest first: ``= <> < > <= >=``, then ``+ -``, then ``* /``, then unary minus; the inputs of a procedure
-reach as far to the right as they can. A minus is unary at the start of a word, or after an infix operator or ``(``,
-when no space follows it.
+reach as far to the right as they can. A minus is unary after an infix operator or ``(``, whatever follows it; anywhere
+else, when it begins a word of more than itself: ``3 - -2``, ``3 - - 2``, ``(- :a)`` and ``print -3`` negate, ``3 -2``
+are two values, and the minus alone in ``print - 3`` is infix.
 """
 
 from __future__ import annotations
@@ -185,10 +186,8 @@ def _split(text: str, tokens: list[Token], source: Source | None, offset: int) -
         elif c in _DELIMITERS:
             operator = text[i : i + 2] if text[i : i + 2] in PRECEDENCE else c
             end = i + len(operator)
-            after_operator = i == 0 or (
-                bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind in ("(", NEGATE))
-            )
-            if c == "-" and end < size and after_operator:
+            after_operator = bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind in ("(", NEGATE))
+            if c == "-" and (after_operator or (i == 0 and end < size)):
                 end = _negative(text, i, tokens, place)
             else:
                 tokens.append(Token(operator, operator, place))
