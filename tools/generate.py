@@ -9,13 +9,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from tools.generators import walter
+from tools.generators import simple, walter
 from tools.generators.python import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-GENERATORS = (walter,)
+GENERATORS = (simple, walter)
 
 
 def files() -> dict[Path, str]:

@@ -1,0 +1,1 @@
+"""Enkelt protokoll: seven characters, answered K or F (docs/protocols/simple.md)."""
