@@ -23,11 +23,11 @@ class SimpleMessage(Message, frozen=True):
 class SimpleCommand(SimpleMessage, frozen=True):
     """Host to robot: one letter and six positions.
 
-    ``CHANNEL`` is what a set-point sets (S9), empty for the stop. ``SIGN`` is what its value counts as there. ``STOPPED``
-    tells whether a stop ends it (S5).
+    ``CHANNEL`` is what a set-point sets (S9), empty for the stop. ``SIGN`` is what its value counts as there.
+    ``STOPPED`` tells whether a stop ends it (S5).
 
-    A command of one's own (S10) is a subclass with a letter, a channel and up to six positions of fields: a ``u16`` of
-    at most 999 or a ``u8`` takes three of them, a ``bit`` one. Decoders and hosts are told of it.
+    A command of one's own (S10) is a subclass with a letter and a channel of its own, and with fields for up to six
+    positions: a ``u16`` of at most 999 or a ``u8`` takes three of them, a ``bit`` one. Both ends are told of it.
     """
 
     CHANNEL: ClassVar[str] = ""
