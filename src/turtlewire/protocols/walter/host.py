@@ -5,8 +5,8 @@ Sans-IO: time is an argument (seconds, any monotonic clock), bytes go in and out
 - Commands go out in order while at most ``max_unfenced`` bytes are unfenced (W9): sent, and not yet known to be carried
   out. The answer to a query shows that everything before it is done, so queries are sent as fences, rotating
   through QH, QX, QY, QP: a late answer cannot pass for the next one.
-- An answer that is overdue is asked for again by the next fence. If that one is answered and the first is not,
-  the first was lost: ``FenceLost``, and where the robot is has to be asked (W15). If nothing is answered: ``Silent``.
+- An answer that is overdue is asked for again by the next fence, and once more. If one of these is answered and the
+  first is not, the first was lost: ``FenceLost``, and where the robot is has to be asked (W15). If nothing is answered: ``Silent``.
 - A robot that answers no queries (``answers = False``) gets one command at a time, paced by the time it takes (W9).
 - A limit event makes the emergency stop go out at once (W13), ahead of everything.
 - ``attention`` (W7) and ``emergency_stop`` (W8) overtake and forget everything that has not gone out.
@@ -45,6 +45,9 @@ FENCE_EVERY_BYTES = 12
 # An answer is overdue when it takes this many times what the calibration says, and a second.
 PATIENCE = 2.0
 GRACE_S = 1.0
+# How often an overdue answer is asked for again. Once is not enough: where the end of a line got lost, the robot takes
+# the next line for its end.
+MAX_PROBES = 2
 # After a pause this long the rest of a cut-off reply no longer comes.
 INTER_BYTE_S = 0.25
 
@@ -239,8 +242,7 @@ class Host:
         if self._probe_wanted:
             self._probe_wanted = False
             out = self._send_fence(now)
-        # One fence's worth stays free for asking again.
-        limit = self._max_unfenced - FENCE_BYTES
+        limit = self._max_unfenced - MAX_PROBES * FENCE_BYTES  # which stay free for asking again
         while self._queue:
             command, duration_s, tag = self._queue[0]
             is_query = type(command) in REPLIES
@@ -364,10 +366,11 @@ class Host:
             return []
         if now < self._answer_due:
             return []
-        if self._probes:
+        if self._probes == MAX_PROBES:
             self._forget(now)
             return [Silent()]
         self._probes += 1
         self._probe_wanted = True
-        self._answer_due = self._due(now)
+        # The first query may be what was lost: then the next answer comes after all that is under way.
+        self._answer_due = now + PATIENCE * sum(flight.takes_s for flight in self._flights) + GRACE_S
         return []

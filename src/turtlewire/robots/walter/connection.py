@@ -328,8 +328,6 @@ class Connection:
             if not self.where.in_doubt:
                 return
             await self._reconcile()
-            position = self.where.position
-            self.drive(position.go_to(*position.exact[:2]) + position.align())
         raise self._out_of_control()
 
     def _out_of_control(self) -> PoseUncertainError:
@@ -384,7 +382,8 @@ class Connection:
 
     async def _reconcile(self) -> None:
         """Answers got lost, or the robot is not where it should be: ask where it is, and go on from there."""
-        where, wanted, exact = self.where, self.pen_down, self.where.position.exact
+        where, position, wanted = self.where, self.where.position, self.pen_down
+        exact, expected = position.exact, position.robot
         pose = await self.reported_pose()
         pen = await self.ask(QueryPen())
         again, text = where.resolve(pose)
@@ -393,9 +392,11 @@ class Connection:
             text = text or where.pen_disagrees()
         for target in again:
             self.set_pen(down=target.pen_down)
-            self.drive(where.position.go_to(target.pose.x_mm, target.pose.y_mm))
+            self.drive(position.go_to(target.pose.x_mm, target.pose.y_mm))
         self.set_pen(down=wanted)
-        where.position.exact = exact
+        position.exact = exact
+        if position.robot != expected:
+            self.drive(position.go_to(exact.x_mm, exact.y_mm) + position.align())
         if text:
             self.notify(text)
 

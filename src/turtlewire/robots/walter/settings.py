@@ -15,7 +15,7 @@ from turtlewire.protocols.walter.messages import (
     MM_PER_S_PER_UNIT,
 )
 
-# The longest command, a fence, and a fence more to ask again with.
+# The longest command, a fence, and two more to ask again with.
 LEAST_UNFENCED = 16
 
 
