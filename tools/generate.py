@@ -9,13 +9,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from tools.generators import simple, walter
+from tools.generators import frame, simple, walter
 from tools.generators.python import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-GENERATORS = (simple, walter)
+GENERATORS = (frame, simple, walter)
 
 
 def files() -> dict[Path, str]:

@@ -25,6 +25,11 @@ TRUTHS = {"false": 0, "true": 1}
 _F32 = struct.Struct(">f")
 
 
+def text_name(class_name: str) -> str:
+    """The name in the text form: ``SetSpeed`` is ``set_speed``, ``XReply`` is ``x_reply``."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", class_name).lower()
+
+
 def nearest_f32(value: float) -> float:
     """What becomes of a number on a wire that carries 32-bit floats. Raises ``OverflowError`` beyond their range."""
     rounded: float = _F32.unpack(_F32.pack(value))[0]
@@ -124,8 +129,8 @@ class AnyMessage(msgspec.Struct, frozen=True):
 
     @classmethod
     def name(cls) -> str:
-        """The name in the text form: ``SetSpeed`` is ``set_speed``, ``XReply`` is ``x_reply``."""
-        return re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
+        """The name in the text form (``text_name``)."""
+        return text_name(cls.__name__)
 
     def values(self) -> tuple[float, ...]:
         """The fields' values in the order of the wire."""
