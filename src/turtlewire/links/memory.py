@@ -9,11 +9,15 @@ from typing import Protocol
 from turtlewire.errors import LinkClosedError
 from turtlewire.links.link import Link
 
+LONGEST_SLEEP_S = 0.01
+
 
 class VirtualEnd(Protocol):
     """The far end of the wire, with the clock that both ends live by. A simulated robot is one."""
 
-    now: float
+    @property
+    def now(self) -> float:
+        """Seconds since its power-on."""
 
     def write(self, data: bytes) -> None:
         """The host puts bytes on the line now."""
@@ -62,19 +66,25 @@ class MemoryLink(Link):
     async def read(self, until: float) -> bytes:
         """Let the robot's time pass."""
         self._check()
+        if self._pace is not None:
+            return self._read_at_pace(until, self._pace)
         before = self._end.now
         data = self._end.read(until)
         if not data and until == math.inf and self._end.now == before:
             raise RuntimeError("the host waits for something that will never happen")
-        if self._pace is not None:
-            self._keep_pace(self._pace)
         return data
 
-    def _keep_pace(self, pace: float) -> None:
-        """Wait until the wall clock has caught up. It blocks, as everything does over a virtual link."""
-        ahead = (self._end.now - self._start_s) / pace - (time.monotonic() - self._start_wall_s)
-        if ahead > 0.0:
-            time.sleep(ahead)
+    def _read_at_pace(self, until: float, pace: float) -> bytes:
+        """Let time pass no faster than on the wall: whoever interrupts this finds the robot where it has come to.
+
+        It blocks, as everything does over a virtual link.
+        """
+        while True:
+            allowed_s = self._start_s + (time.monotonic() - self._start_wall_s) * pace
+            data = self._end.read(min(until, allowed_s))
+            if data or self._end.now >= until:
+                return data
+            time.sleep(min(LONGEST_SLEEP_S, (until - self._end.now) / pace))
 
     def wake(self) -> None:
         """Nothing waits here."""
