@@ -234,6 +234,8 @@ def _explained(text: str, port: Port, error: OSError) -> LinkError:
         return PortNotFoundError(
             f"there is no port {text}: is the robot plugged in? `ls /dev/tty*` shows the ports"
         )
+    if error.errno in (errno.ENOTTY, errno.EISDIR, errno.EINVAL):
+        return LinkError(f"{text} is no serial port: `ls /dev/tty*` shows the ports")
     if error.errno in (errno.EACCES, errno.EPERM):
         return LinkError(
             f"no permission to open {text}: on Linux, add yourself to the group dialout and log in again"
