@@ -10,6 +10,7 @@ from turtlewire.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from turtlewire.errors import LinkClosedError
     from turtlewire.robots.walter import Settings
 
 PORTS = "a device (/dev/ttyUSB0, COM3), serial:///dev/ttyUSB0?baud=9600, socket://host:port, or pty"
@@ -78,6 +79,14 @@ def settings(assignments: list[str], **more: Any) -> Settings:
         except (ValueError, KeyError):
             raise UsageError(f"--set {assignment}: {text!r} is no value for {name}") from None
     return Settings(**values).checked()
+
+
+def explain_refusal(error: LinkClosedError, port: str) -> None:
+    """Note on a link that ended before the robot had said anything why that may be."""
+    if port.startswith("socket:"):
+        error.add_note(
+            "It was closed at once. Is it in use by another program? A robot has one host at a time."
+        )
 
 
 def positive(text: str) -> float:

@@ -11,7 +11,7 @@ from turtlewire.cli import options
 from turtlewire.cli.progress import Bar
 from turtlewire.cli.report import Report
 from turtlewire.cli.signals import Interrupted
-from turtlewire.errors import DataError, TurtlewireError, UsageError
+from turtlewire.errors import DataError, LinkClosedError, TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     import argparse
@@ -123,7 +123,11 @@ class _Run:
         for path in arguments.picture:
             picture.check(path)
         settings = options.settings(arguments.set, require_replies=arguments.require_replies)
-        robot = connect(url, settings, notify=report.notify, announce=report.announce)
+        try:
+            robot = connect(url, settings, notify=report.notify, announce=report.announce)
+        except LinkClosedError as error:
+            options.explain_refusal(error, url)
+            raise
         try:
             # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
             try:

@@ -48,7 +48,11 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     settings = options.settings(arguments.set, require_replies=arguments.require_replies)
     try:
         pose = stop(port, settings)
-    except (RobotError, LinkClosedError) as error:
+    except LinkClosedError as error:
+        options.explain_refusal(error, port)
+        error.add_note("Nothing confirms that the robot was stopped.")
+        raise
+    except RobotError as error:
         error.add_note(f"The stop was sent to {port} before that, but nothing confirms it.")
         raise
     if pose is None:
