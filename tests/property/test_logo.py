@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
 from turtlewire.logo.reader import read, read_list
-from turtlewire.logo.syntax import tokenize
+from turtlewire.logo.tokens import tokenize
 from turtlewire.logo.values import LogoList, Value, equal, show, to_text, word
 
 LOGO_TEXT = st.text(

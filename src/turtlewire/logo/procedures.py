@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall, Place
+from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall
 from turtlewire.logo.values import LogoList
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from turtlewire.logo.tokens import Place
     from turtlewire.logo.values import Value
+
+
+# How the result of an evaluation is used.
+COMMAND = 0  # it must not output
+BODY = 1  # the same, directly within a procedure's body: OUTPUT ends the procedure
+LAST = 2  # the same, and nothing of the procedure comes after it
+OPERATION = 3  # it must output
 
 
 class Stop:
@@ -51,6 +59,32 @@ class RunList:
 Result = str | int | float | LogoList | Stop | Output | TailCall | RunList | None
 
 Function = TypeVar("Function", bound="Callable[..., Result]")
+
+
+class BadInputError(Exception):
+    """A primitive does not like an input; becomes "... doesn't like ... as input"."""
+
+    def __init__(self, value: Value, number: int = 7) -> None:
+        super().__init__(value)
+        self.value = value
+        self.number = number
+
+
+class ThrowError(Exception):
+    """THROW on its way to its CATCH."""
+
+    def __init__(self, tag: str, value: Value | None) -> None:
+        super().__init__(tag)
+        self.tag = tag
+        self.value = value
+
+
+class ExitError(Exception):
+    """STOP or OUTPUT from within an input, on its way to the end of the procedure."""
+
+    def __init__(self, signal: Result) -> None:
+        super().__init__()
+        self.signal = signal
 
 
 class Primitive:

@@ -1,28 +1,21 @@
 """Instruction lists to syntax trees, by the arities that procedures have when the list is run.
 
 Precedence, lowest first: ``= <> < > <= >=``, then ``+ -``, then ``* /``, then unary minus; the inputs of a procedure
-reach as far to the right as they can. A minus is unary after an infix operator or ``(``, whatever follows it; anywhere
-else, when it begins a word of more than itself: ``3 - -2``, ``3 - - 2``, ``(- :a)`` and ``print -3`` negate, ``3 -2``
-are two values, and the minus alone in ``print - 3`` is infix.
+reach as far to the right as they can. Which minus is unary: see ``tokens``.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, not_enough_inputs, too_many_inputs, unknown_procedure
-from turtlewire.logo.values import LogoList, Value, parse_number, plain, to_text, without_backslashes, word
+from turtlewire.logo.tokens import DOTS, NAME, NEGATE, PRECEDENCE, VALUE, Place, Token, placed
+from turtlewire.logo.values import LogoList, Value, plain, to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from turtlewire.logo.procedures import Primitive, UserProcedure
-    from turtlewire.logo.reader import Source
-
-Place = tuple["Source", int] | None
-
-PRECEDENCE = {"=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3}
-_DELIMITERS = frozenset("()+-*/=<>")
 
 
 class Literal:
@@ -120,135 +113,6 @@ class Code:
         self.epoch = epoch
 
 
-class Token(NamedTuple):
-    """What the parser reads: ``kind`` is one of the constants below, or an infix operator or parenthesis itself."""
-
-    kind: str
-    value: Value
-    place: Place
-
-
-VALUE = "value"
-DOTS = "dots"
-NAME = "name"
-NEGATE = "negate"
-
-
-def tokenize(instructions: LogoList) -> list[Token]:
-    """Split the words of a list into tokens.
-
-    Raises:
-        LogoError: a ``)`` without ``(``.
-    """
-    tokens: list[Token] = []
-    source, offsets = instructions.source, instructions.offsets
-    for index, item in enumerate(instructions.items):
-        offset = offsets[index] if offsets else 0
-        if isinstance(item, str):
-            _split(item, tokens, source, offset)
-        else:
-            tokens.append(Token(VALUE, item, (source, offset) if source is not None else None))
-    _check_parentheses(tokens)
-    return tokens
-
-
-def _check_parentheses(tokens: list[Token]) -> None:
-    opened: list[Token] = []
-    for token in tokens:
-        if token.kind == "(":
-            opened.append(token)
-        elif token.kind == ")":
-            if not opened:
-                raise _placed(LogoError(12, "unexpected ')'"), token.place)
-            opened.pop()
-    if opened:
-        raise _placed(LogoError(10, "too many ('s", hint="This ( has no )."), opened[-1].place)
-
-
-def _placed(error: LogoError, place: Place) -> LogoError:
-    if error.position is None and place is not None:
-        error.position = place[0].position(place[1])
-    return error
-
-
-def _split(text: str, tokens: list[Token], source: Source | None, offset: int) -> None:
-    """Split one word, whose first character stands at ``offset``, into tokens."""
-    i, size = 0, len(text)
-    if not text:
-        tokens.append(Token(NAME, text, (source, offset) if source is not None else None))
-    while i < size:
-        place = (source, offset + i) if source is not None else None
-        c = text[i]
-        if c == '"':
-            end = _end_of(text, i, "()")
-            tokens.append(Token(VALUE, _quoted(text[i + 1 : end]), place))
-            i = end
-        elif c in _DELIMITERS:
-            operator = text[i : i + 2] if text[i : i + 2] in PRECEDENCE else c
-            end = i + len(operator)
-            after_operator = bool(tokens) and (tokens[-1].kind in PRECEDENCE or tokens[-1].kind in ("(", NEGATE))
-            if c == "-" and (after_operator or (i == 0 and end < size)):
-                end = _negative(text, i, tokens, place)
-            else:
-                tokens.append(Token(operator, operator, place))
-            i = end
-        else:
-            end = _end_of_name(text, i)
-            piece = text[i:end]
-            if c == ":":
-                tokens.append(Token(DOTS, without_backslashes(piece[1:]), place))
-            elif c == "?" and piece[1:].isdigit():
-                tokens += [Token("(", "(", place), Token(NAME, "?", place)]
-                tokens += [Token(VALUE, int(piece[1:]), place), Token(")", ")", place)]
-            else:
-                tokens.append(_name_or_number(piece, place))
-            i = end
-
-
-def _negative(text: str, start: int, tokens: list[Token], place: Place) -> int:
-    """A unary minus: a negative number, or the operator; outputs where it ends."""
-    end = _end_of_name(text, start + 1)
-    if end > start + 1:
-        token = _name_or_number(text[start:end], place)
-        if token.kind == VALUE:
-            tokens.append(token)
-            return end
-    tokens.append(Token(NEGATE, "-", place))
-    return start + 1
-
-
-def _end_of(text: str, start: int, delimiters: str) -> int:
-    end = start
-    while end < len(text) and text[end] not in delimiters:
-        end += 1
-    return end
-
-
-def _end_of_name(text: str, start: int) -> int:
-    """The end of a word that stops at operators; the sign of an exponent (``1e-7``) does not count as one."""
-    i = start
-    while i < len(text):
-        if text[i] in _DELIMITERS:
-            head = text[start:i]
-            digits = head[:-1].replace(".", "", 1)
-            is_exponent = (
-                text[i] in "+-" and head[-1:] in "eE" and digits.isdigit() and text[i + 1 : i + 2].isdigit()
-            )
-            if not is_exponent:
-                break
-        i += 1
-    return i
-
-
-def _quoted(text: str) -> Value:
-    return word(without_backslashes(text))
-
-
-def _name_or_number(text: str, place: Place) -> Token:
-    number = parse_number(text)
-    return Token(NAME, text, place) if number is None else Token(VALUE, number, place)
-
-
 class _UnknownNameError(Exception):
     """An unknown word on the first parse: what follows must wait until it is to run."""
 
@@ -310,10 +174,10 @@ class Parser:
         if not kind or kind == ")" or kind in PRECEDENCE:
             place = self.tokens[min(self.index, len(self.tokens) - 1)].place
             if wanted_by:
-                raise _placed(not_enough_inputs(wanted_by), place)
+                raise placed(not_enough_inputs(wanted_by), place)
             if kind == ")":
-                raise _placed(LogoError(12, "unexpected ')'"), place)
-            raise _placed(not_enough_inputs(kind), place)
+                raise placed(LogoError(12, "unexpected ')'"), place)
+            raise placed(not_enough_inputs(kind), place)
         token = self.tokens[self.index]
         self.index += 1
         if kind == VALUE:
@@ -334,7 +198,7 @@ class Parser:
         inputs: list[Node] = []
         for _ in range(procedure.default_inputs):
             if not self._kind() or self._kind() == ")":
-                raise _placed(not_enough_inputs(name), token.place)
+                raise placed(not_enough_inputs(name), token.place)
             inputs.append(self._expression(0, name))
         if procedure.takes_alternative and self._next_is_list():
             inputs.append(self._operand(name))
@@ -365,7 +229,7 @@ class Parser:
         if self._kind() != NAME or self._infix_follows():
             node = self._expression(0, "")
             if self._kind() != ")":
-                raise _placed(LogoError(8, "too much inside ()'s"), self.tokens[self.index].place)
+                raise placed(LogoError(8, "too much inside ()'s"), self.tokens[self.index].place)
             self.index += 1
             return node
         token = self.tokens[self.index]
@@ -377,16 +241,16 @@ class Parser:
             node = self._unknown(name, token)
             if self._kind() != ")":
                 # Whatever inputs it was meant to have: the unknown name is the error to tell of.
-                raise _placed(unknown_procedure(name, list(self.procedures)), token.place)
+                raise placed(unknown_procedure(name, list(self.procedures)), token.place)
             self.index += 1
             return node
         while self._kind() != ")":
             inputs.append(self._expression(0, name))
         self.index += 1
         if len(inputs) < procedure.minimum_inputs:
-            raise _placed(not_enough_inputs(name), token.place)
+            raise placed(not_enough_inputs(name), token.place)
         if 0 <= procedure.maximum_inputs < len(inputs):
-            raise _placed(too_many_inputs(name), token.place)
+            raise placed(too_many_inputs(name), token.place)
         return procedure.call_node(name, inputs, token.place)
 
     def _infix_follows(self) -> bool:

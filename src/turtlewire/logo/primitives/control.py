@@ -9,9 +9,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, did_not_output
-from turtlewire.logo.evaluator import COMMAND, OPERATION, BadInputError, ThrowError
 from turtlewire.logo.primitives.inputs import key, natural, number, truth
-from turtlewire.logo.procedures import Chapter, Output, Result, RunList, Stop
+from turtlewire.logo.procedures import (
+    COMMAND,
+    OPERATION,
+    BadInputError,
+    Chapter,
+    Output,
+    Result,
+    RunList,
+    Stop,
+    ThrowError,
+)
 from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import VALUE_TYPES, LogoList, Number, Value, narrowed, to_words
 

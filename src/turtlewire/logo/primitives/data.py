@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.evaluator import BadInputError
 from turtlewire.logo.primitives.inputs import answer, integer, items, text
-from turtlewire.logo.procedures import Chapter
+from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.reader import read_list
-from turtlewire.logo.syntax import tokenize
+from turtlewire.logo.tokens import tokenize
 from turtlewire.logo.values import (
     BACKSLASHED,
     BARRED,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.evaluator import BadInputError
 from turtlewire.logo.primitives.inputs import answer, number, point
-from turtlewire.logo.procedures import Chapter
+from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.values import LogoList, Number, Value
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.evaluator import BadInputError
+from turtlewire.logo.procedures import BadInputError
 from turtlewire.logo.values import FALSE, TRUE, LogoList, Number, Value, plain, to_number, to_text
 
 if TYPE_CHECKING:

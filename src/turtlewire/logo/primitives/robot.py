@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.evaluator import BadInputError
 from turtlewire.logo.primitives.inputs import integer, number
-from turtlewire.logo.procedures import Chapter
+from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.values import LogoList, Value
 
 if TYPE_CHECKING:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import did_not_output, not_enough_inputs, too_many_inputs, unknown_procedure
-from turtlewire.logo.evaluator import COMMAND, OPERATION, BadInputError
 from turtlewire.logo.primitives.inputs import items, natural, truth
-from turtlewire.logo.procedures import Chapter, Primitive, Result, RunList
+from turtlewire.logo.procedures import COMMAND, OPERATION, BadInputError, Chapter, Primitive, Result, RunList
 from turtlewire.logo.syntax import Invocation
 from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, plain, show, to_text, word
 

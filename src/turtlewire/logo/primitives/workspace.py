@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, no_value, unknown_procedure
-from turtlewire.logo.evaluator import BadInputError
 from turtlewire.logo.primitives.inputs import answer, items, key, text
-from turtlewire.logo.procedures import Chapter, Primitive, UserProcedure
+from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
+from turtlewire.logo.scope import set_local
 from turtlewire.logo.values import LogoList, Value, plain
 from turtlewire.logo.workspace import define
 
@@ -50,12 +50,12 @@ def _local(logo: Interpreter, inputs: list[Value]) -> None:
         for name in each.items if isinstance(each, LogoList) else (each,):
             local_key = key(name)
             if logo.procedure is not None:
-                logo.set_local(local_key, None)
+                set_local(logo, local_key, None)
 
 
 @primitive("localmake", 2)
 def _localmake(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.set_local(key(name), value)
+    set_local(logo, key(name), value)
 
 
 @primitive("global", 1, maximum=-1)

@@ -1,0 +1,56 @@
+"""Dynamic scope: the inputs and locals of a procedure, which hide what their names meant before until it ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo import errors
+from turtlewire.logo.errors import LogoError
+from turtlewire.logo.procedures import OPERATION, Result, UserProcedure
+from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, show_in_error
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+
+def bind(logo: Interpreter, procedure: UserProcedure, inputs: list[Value], name: str) -> None:
+    """Give the inputs their values; what the names meant before is remembered once per running procedure."""
+    variables, hidden = logo.variables, logo.hidden
+    count = len(procedure.inputs)
+    if procedure.is_erased:
+        raise errors.unknown_procedure(name, list(logo.procedures))
+    if len(inputs) < count:  # only when it was defined anew since the call was parsed
+        raise errors.not_enough_inputs(name)
+    index = 0
+    for key in procedure.inputs:
+        if key not in hidden:
+            hidden[key] = variables.get(key)
+        variables[key] = inputs[index]
+        index += 1
+    if len(inputs) == count and not procedure.optional and not procedure.rest:
+        return
+    for optional in procedure.optional:
+        if index < len(inputs):
+            value: Result = inputs[index]
+        else:
+            value = logo.run_list(optional.default, OPERATION)
+            if type(value) not in VALUE_TYPES:
+                raise LogoError(
+                    37, f"Bad default expression for optional input: {show_in_error(optional.default)}"
+                )
+        index += 1
+        set_local(logo, optional.name, value)  # type: ignore[arg-type]
+    if procedure.rest:
+        set_local(logo, procedure.rest, LogoList(inputs[index:]))
+    elif index < len(inputs):
+        raise errors.too_many_inputs(name)
+
+
+def set_local(logo: Interpreter, key: str, value: Value | None) -> None:
+    """Make a variable local to the running procedure, with a value or without; at top level it is global."""
+    if key not in logo.hidden:
+        logo.hidden[key] = logo.variables.get(key)
+    if value is None:
+        logo.variables.pop(key, None)
+    else:
+        logo.variables[key] = value
