@@ -1,0 +1,189 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from turtlewire.errors import LinkClosedError, UsageError
+from turtlewire.links.faults import Faults, FaultyLink
+from turtlewire.links.memory import MemoryLink
+from turtlewire.robots.runner import InlineRunner
+
+RUNNER = InlineRunner()
+
+
+class Echo:
+    """A far end in virtual time that sends back what it gets, 1 s later."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.got: list[tuple[float, bytes]] = []
+        self._back: list[tuple[float, bytes]] = []
+
+    def write(self, data: bytes) -> None:
+        self.got.append((self.now, data))
+        self._back.append((self.now + 1.0, data))
+
+    def discard_output(self) -> None:
+        self.got.append((self.now, b"discard"))
+
+    def read(self, until: float) -> bytes:
+        if self._back and self._back[0][0] <= until:
+            self.now, data = self._back.pop(0)
+            return data
+        self.now = max(self.now, min(until, 1e6))
+        return b""
+
+
+def link(text: str) -> tuple[FaultyLink, Echo]:
+    end = Echo()
+    return FaultyLink(MemoryLink(end), Faults.parse(text)), end
+
+
+def read(faulty: FaultyLink, until: float) -> bytes:
+    return RUNNER.run(faulty.read(until))
+
+
+def read_all(faulty: FaultyLink, until: float) -> list[bytes]:
+    pieces = []
+    while faulty.now() < until:
+        if piece := read(faulty, until):
+            pieces.append(piece)
+    return pieces
+
+
+def test_without_faults_everything_gets_through_as_it_is() -> None:
+    faulty, end = link("")
+    faulty.write(b"abc")
+    assert end.got == [(0.0, b"abc")]
+    assert read(faulty, 5.0) == b"abc"
+    assert faulty.now() == 1.0
+    assert read(faulty, 5.0) == b""
+    assert faulty.now() == 5.0
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("lose:1", b""), ("duplicate:1", b"aabbcc"), ("to:robot,lose:1", b""), ("to:host,lose:1", b"abc")],
+)
+def test_certain_faults_towards_the_robot(text: str, expected: bytes) -> None:
+    faulty, end = link(text)
+    faulty.write(b"abc")
+    assert b"".join(data for _, data in end.got) == expected
+
+
+def test_added_bytes_come_before_the_others() -> None:
+    faulty, end = link("add:1,to:robot")
+    faulty.write(b"abc")
+    (_, data), *_ = end.got
+    assert data[1::2] == b"abc"
+    assert faulty.added == 3
+
+
+def test_a_flip_turns_one_bit() -> None:
+    faulty, end = link("flip:1,to:robot")
+    faulty.write(b"\x00\xff")
+    (_, data), *_ = end.got
+    assert [(a ^ b).bit_count() for a, b in zip(data, b"\x00\xff", strict=True)] == [1, 1]
+    assert faulty.flipped == 2
+
+
+def test_rates_are_rates_in_both_directions_and_the_seed_decides() -> None:
+    results = []
+    for seed in (1, 1, 2):
+        faulty, end = link(f"lose:0.1,seed:{seed}")
+        faulty.write(bytes(10_000))
+        received = sum(map(len, read_all(faulty, 5.0)))
+        sent = sum(len(data) for _, data in end.got)
+        assert 8_500 < sent < 9_500
+        assert 0.85 * sent < received < 0.95 * sent
+        assert faulty.lost == 10_000 - received
+        results.append((sent, received))
+    assert results[0] == results[1] != results[2]
+
+
+def test_split_cuts_into_pieces() -> None:
+    faulty, end = link("split:2")
+    faulty.write(b"abcde")
+    assert [data for _, data in end.got] == [b"ab", b"cd", b"e"]
+
+
+def test_a_delay_keeps_the_order() -> None:
+    faulty, end = link("delay:0.5,seed:3")
+    for byte in b"abcdefgh":
+        faulty.write(bytes([byte]))
+    back = read_all(faulty, 9.0)
+    assert b"".join(data for _, data in end.got) == b"abcdefgh" == b"".join(back)
+    times = [at for at, _ in end.got]
+    assert times == sorted(times)
+    assert 0.0 < times[-1] <= 0.5
+
+
+def test_a_stall_holds_everything_back_and_then_lets_it_through() -> None:
+    faulty, end = link("stall:2+3,to:robot")
+    assert read(faulty, 2.5) == b""
+    faulty.write(b"late")
+    assert end.got == []
+    assert read(faulty, 10.0) == b"late"
+    assert end.got == [(5.0, b"late")]
+
+
+def test_a_close_ends_the_link_on_time() -> None:
+    faulty, _ = link("close:4")
+    assert read(faulty, 3.0) == b""
+    with pytest.raises(LinkClosedError, match="asked for"):
+        read(faulty, math.inf)
+    assert faulty.now() == 4.0
+    with pytest.raises(LinkClosedError):
+        faulty.write(b"x")
+    with pytest.raises(LinkClosedError):
+        faulty.write_urgent(b"x")
+
+
+def test_an_urgent_write_takes_back_what_is_late() -> None:
+    faulty, end = link("stall:0+3,to:robot")
+    faulty.write(b"move")
+    faulty.write_urgent(b"stop")
+    read_all(faulty, 3.5)
+    assert end.got == [(3.0, b"stop")]
+
+
+def test_an_urgent_write_is_passed_on_as_urgent() -> None:
+    faulty, end = link("")
+    faulty.write_urgent(b"stop")
+    assert end.got == [(0.0, b"discard"), (0.0, b"stop")]
+
+
+def test_closing_closes_the_link_within() -> None:
+    faulty, _ = link("")
+    faulty.wake()
+    RUNNER.run(faulty.close())
+    with pytest.raises(LinkClosedError):
+        faulty.write(b"x")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "lose",
+        "lose:2",
+        "lose:-1",
+        "lose:x",
+        "lose:nan",
+        "to:moon",
+        "stall:3",
+        "melt:1",
+        "split:-1",
+        "close:-3",
+    ],
+)
+def test_what_means_nothing_is_refused(text: str) -> None:
+    with pytest.raises(UsageError, match=f"{text}.*lose:RATE"):
+        Faults.parse(text)
+
+
+def test_the_form_is_read_completely() -> None:
+    text = "lose:0.1,add:0.2,flip:0.3,duplicate:0.4,delay:0.5,split:6,stall:7+8,stall:9+1,close:10,seed:-11,to:host"
+    assert Faults.parse(text) == Faults(
+        0.1, 0.2, 0.3, 0.4, 0.5, 6, ((7.0, 8.0), (9.0, 1.0)), 10.0, -11, "host"
+    )
