@@ -192,9 +192,14 @@ class Dialect:
                 )
         return entry
 
-    def pack(self, message: FrameMessage) -> bytes:
-        """The bytes of a message within a frame: type and fields. Raises ``MessageError`` as ``check`` does."""
+    def pack(self, message: FrameMessage, direction: str) -> bytes:
+        """The bytes of a message within a frame: type and fields.
+
+        Raises ``MessageError`` as ``check`` does, and if the message does not go this way.
+        """
         entry = self.check(message)
+        if not entry.goes(direction):
+            raise MessageError(f"{message.name()} goes {entry.direction}, not {direction}")
         return entry.layout.pack(entry.type, *message.values())
 
     def parse(self, text: str) -> FrameMessage:

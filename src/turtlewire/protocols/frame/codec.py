@@ -1,0 +1,470 @@
+"""Frames: messages to bytes and back, streaming.
+
+There is no byte stuffing, so A3 may stand anywhere (F5). After a size above 124, a wrong CRC or a timeout the
+decoder looks for the next A3 after the failed one, among the bytes that it already has: no frame is lost to a false
+beginning. A frame whose CRC is right is consumed whole, even when it is ignored (F3). It takes any bytes in any
+chunking, gives the same items for every chunking, and keeps less than one frame.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import starmap
+from struct import Struct
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import msgspec
+
+from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT, field_letters
+from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_PAYLOAD, OVERHEAD, FrameMessage
+from turtlewire.protocols.message import KINDS, Field, Malformed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from turtlewire.protocols.frame.dialect import Dialect
+
+INTER_BYTE_S = 0.1  # F5
+# Frames of one shape in a row are decoded together; fewer than this are not worth the preparation.
+RUN_FRAMES = 8
+RUN_MOST = 4096
+_MAGIC_BYTE = bytes([MAGIC])
+# A run's sequence numbers are compared with a piece of this.
+_SEQS = bytes(range(256)) * 2
+
+Order = Literal["", "gap", "repeat", "restart"]
+
+
+class Frame(msgspec.Struct, frozen=True, gc=False):
+    """A frame that was received whole and whose messages are all known.
+
+    Attributes:
+        offset: where in the stream its magic byte stands.
+        raw: its bytes, magic to CRC.
+        messages: what to carry out, in order. None at all: a heartbeat (F7).
+        refused: messages that break their restriction (F4): counted, not carried out.
+        order: how its sequence number follows the one before (F6): "" as it should, or it is the first; "repeat" the
+            same number again; "restart" 0 where another was due; "gap" any other.
+        lost: with a gap, how many frames are missing, modulo 256.
+    """
+
+    offset: int
+    raw: bytes
+    messages: tuple[FrameMessage, ...]
+    refused: tuple[FrameMessage, ...] = ()
+    order: Order = ""
+    lost: int = 0
+
+    @property
+    def seq(self) -> int:
+        """The sequence number."""
+        return self.raw[1]
+
+
+Item = Frame | Malformed
+
+
+class Statistics(msgspec.Struct):
+    """What a decoder has seen. The reasons for which a frame is ignored are counted separately (F3).
+
+    Attributes:
+        frames: frames that count; messages: of these, carried out.
+        oversized: size above 124; wrong_crc; incomplete: given up after the inter-byte timeout (F5).
+        unknown_type, inconsistent: the CRC was right, but a type is unknown, or a message is cut short.
+        refused: messages that broke their restriction, by name (F4).
+        skipped_bytes: that belong to no frame.
+        gaps, lost: gaps in the sequence, and the frames missing there; repeats; restarts (F6).
+    """
+
+    frames: int = 0
+    messages: int = 0
+    oversized: int = 0
+    wrong_crc: int = 0
+    incomplete: int = 0
+    unknown_type: int = 0
+    inconsistent: int = 0
+    refused: dict[str, int] = msgspec.field(default_factory=dict)
+    skipped_bytes: int = 0
+    gaps: int = 0
+    lost: int = 0
+    repeats: int = 0
+    restarts: int = 0
+
+
+# ------------------------------------------------------------------------------------------------- to bytes
+
+
+def frame_bytes(dialect: Dialect, seq: int, payload: bytes) -> bytes:
+    """One frame around a payload of at most 124 bytes."""
+    checksum = dialect.checksum
+    body = bytes((MAGIC, seq, len(payload))) + payload
+    return body + bytes((checksum.algorithm.crc(body[checksum.coverage.first :]),))
+
+
+class FrameEncoder:
+    """Messages to frames, counting the sequence number: it starts at 0 and wraps after 255 (F6).
+
+    Args:
+        dialect: the messages and the settings.
+        direction: which way the messages go.
+    """
+
+    def __init__(self, dialect: Dialect, direction: str = TO_ROBOT, seq: int = 0) -> None:
+        self.dialect = dialect
+        self.direction = direction
+        self.seq = seq
+
+    def pack(self, message: FrameMessage) -> bytes:
+        """The bytes of one message within a frame.
+
+        Raises ``MessageError`` if the dialect has no such message this way, or a field is out of range (F4).
+        """
+        return self.dialect.pack(message, self.direction)
+
+    def encode(self, messages: Iterable[FrameMessage] = ()) -> list[bytes]:
+        """As few frames as it takes, in order, each of at most 124 bytes (F9). Of none: one empty frame (F7).
+
+        Raises ``MessageError`` as ``pack`` does: then no frame is made and no number used.
+        """
+        payloads = [b""]
+        for packed in [self.pack(message) for message in messages]:
+            if len(payloads[-1]) + len(packed) > MAX_PAYLOAD:
+                payloads.append(b"")
+            payloads[-1] += packed
+        return [self.frame(payload) for payload in payloads]
+
+    def frame(self, payload: bytes) -> bytes:
+        """The next frame, around messages that ``pack`` has packed: at most 124 bytes."""
+        frame = frame_bytes(self.dialect, self.seq, payload)
+        self.seq = (self.seq + 1) % 256
+        return frame
+
+
+# ----------------------------------------------------------------------------------------------- from bytes
+
+
+class Limit(NamedTuple):
+    """The restriction of one field: its place among the fields, its range, and the numbers that it may be or None."""
+
+    place: int
+    low: float
+    high: float
+    among: frozenset[int] | None
+
+
+class Layout(NamedTuple):
+    """How one message stands in a payload. ``limits`` names the fields that can break their restriction."""
+
+    message_type: type[FrameMessage]
+    letters: str
+    size: int
+    fields: Struct
+    limits: tuple[Limit, ...]
+
+
+def layouts(dialect: Dialect, direction: str) -> list[Layout | None]:
+    """What a decoder looks up by the type byte."""
+    table: list[Layout | None] = [None] * 256
+    for entry in dialect.entries:
+        if not entry.is_decoded or not entry.goes(direction):
+            continue
+        limits = []
+        for index, field in enumerate(entry.message_type.FIELDS):
+            size, signed = KINDS[field.kind]
+            high = dialect.high(entry, field)
+            choices = field.choices if isinstance(field, Field) else ()
+            top = (1 << (8 * size - signed)) - 1
+            everything = (-top - 1 if signed else 0, top)
+            if field.kind == "f32" or choices or (field.kind != "bool" and (field.low, high) != everything):
+                among = frozenset(number for _, number in choices) if choices else None
+                limits.append(Limit(index, field.low, high, among))
+        letters = field_letters(entry.message_type.FIELDS)
+        fields = Struct(">" + letters)
+        table[entry.type] = Layout(entry.message_type, letters, 1 + fields.size, fields, tuple(limits))
+    return table
+
+
+def keeps(limits: tuple[Limit, ...], values: tuple[float, ...]) -> bool:
+    """Whether the values of a message keep its restrictions. NaN is in no range."""
+    for place, low, high, among in limits:
+        value = values[place]
+        if not low <= value <= high or (among is not None and value not in among):
+            return False
+    return True
+
+
+class _Shape(NamedTuple):
+    """Frames that have the same messages in the same places.
+
+    ``types`` are the places of the type bytes, and the bytes; ``parts`` the messages' classes, restrictions and how to
+    read their fields from a whole frame.
+    """
+
+    size: int
+    types: tuple[tuple[int, int], ...]
+    parts: tuple[tuple[type[FrameMessage], tuple[Limit, ...], Struct], ...]
+
+
+class FrameDecoder:
+    """Bytes to frames.
+
+    Args:
+        dialect: the messages and the settings.
+        direction: which way the messages come: TO_ROBOT for a robot's end, FROM_ROBOT for a host's.
+        timeout_s: a partial frame is given up after a pause this long (F5).
+
+    Attributes:
+        statistics: counts of everything.
+    """
+
+    def __init__(self, dialect: Dialect, direction: str = TO_ROBOT, timeout_s: float = INTER_BYTE_S) -> None:
+        self.dialect = dialect
+        self.statistics = Statistics()
+        self._layouts = layouts(dialect, direction)
+        self._crc = dialect.checksum.algorithm.crc
+        self._residue = dialect.checksum.algorithm.residue
+        self._first = dialect.checksum.coverage.first
+        self._timeout_s = timeout_s
+        self._partial = b""
+        self._offset = 0  # of the first byte of the partial frame
+        self._last_byte = math.inf
+        self._due = -1  # the next sequence number, or -1 before the first frame
+        self._run_most = RUN_FRAMES
+        self._run_wait = 0
+        self._last_shape: _Shape | None = None
+
+    @property
+    def pending(self) -> int:
+        """How many bytes of a partial frame are kept: at most 127."""
+        return len(self._partial)
+
+    def next_timeout(self) -> float:
+        """When the partial frame is to be given up, if nothing comes before; ``math.inf``: there is none."""
+        return self._last_byte + self._timeout_s if self._partial else math.inf
+
+    def receive_data(self, data: bytes, now: float | None = None) -> list[Item]:
+        """Take bytes; return what they completed, in order.
+
+        ``now`` is the time in seconds of any clock that does not go back; call this with no bytes at ``next_timeout``.
+        Without it no partial frame is ever given up.
+        """
+        items: list[Item] = []
+        if now is not None:
+            if now >= self.next_timeout():
+                self._scan(self._partial, items, ended=True)
+            if data:
+                self._last_byte = now
+        self._scan(self._partial + data, items, ended=False)
+        return items
+
+    def end(self) -> list[Item]:
+        """No more bytes come: give up what is incomplete; return the frames that stood within it."""
+        items: list[Item] = []
+        self._scan(self._partial, items, ended=True)
+        return items
+
+    def _scan(self, buffer: bytes, items: list[Item], *, ended: bool) -> None:
+        base, stats, end = self._offset, self.statistics, len(buffer)
+        find, crc, first, residue = buffer.find, self._crc, self._first, self._residue
+        at = 0
+        last_head = b""
+        while True:
+            start = find(_MAGIC_BYTE, at)
+            if start < 0:
+                stats.skipped_bytes += end - at
+                at = end
+                break
+            stats.skipped_bytes += start - at
+            at = start
+            if at + 2 < end:
+                stop = at + buffer[at + 2] + OVERHEAD
+                if stop - at > MAX_PAYLOAD + OVERHEAD:
+                    self._oversized(base + at, buffer[at : at + HEADER], items)
+                    at += 1
+                    continue
+                if stop <= end:
+                    raw = buffer[at:stop]
+                    if crc(raw[first:]) != residue:
+                        self._wrong_crc(base + at, raw, items)
+                        at += 1
+                        continue
+                    item = self._frame(base + at, raw)
+                    items.append(item)
+                    at = stop
+                    # Where two frames in a row begin alike, many may.
+                    head = raw[2:4]
+                    if head == last_head and not isinstance(item, Malformed):
+                        at = self._run(buffer, at, raw, items)
+                    last_head = head
+                    continue
+            if not ended:
+                break
+            stats.incomplete += 1
+            stats.skipped_bytes += 1
+            items.append(Malformed(base + at, buffer[at:], f"incomplete: {end - at} bytes and no more"))
+            at += 1
+        self._offset = base + at
+        self._partial = buffer[at:]
+
+    def _oversized(self, offset: int, raw: bytes, items: list[Item]) -> None:
+        self.statistics.oversized += 1
+        self.statistics.skipped_bytes += 1
+        items.append(Malformed(offset, raw, f"size {raw[2]} is above {MAX_PAYLOAD}"))
+
+    def _wrong_crc(self, offset: int, raw: bytes, items: list[Item]) -> None:
+        self.statistics.wrong_crc += 1
+        self.statistics.skipped_bytes += 1
+        right = self._crc(raw[self._first : -1])
+        items.append(Malformed(offset, raw, f"CRC is {raw[-1]:02X}, but must be {right:02X}"))
+
+    def _sequence(self, seq: int) -> tuple[Order, int]:
+        """How a frame's number follows, counted (F6)."""
+        due, stats = self._due, self.statistics
+        self._due = (seq + 1) & 255
+        if seq == due or due < 0:
+            return "", 0
+        if self._due == due:
+            stats.repeats += 1
+            return "repeat", 0
+        if seq == 0:
+            stats.restarts += 1
+            return "restart", 0
+        lost = (seq - due) & 255
+        stats.gaps += 1
+        stats.lost += lost
+        return "gap", lost
+
+    def _frame(self, offset: int, raw: bytes) -> Item:
+        """What stands in a frame whose CRC is right: all or nothing (F3)."""
+        order, lost = self._sequence(raw[1])
+        stats, table = self.statistics, self._layouts
+        messages: list[FrameMessage] = []
+        refused: list[FrameMessage] = []
+        at, end = HEADER, len(raw) - 1
+        while at < end:
+            layout = table[raw[at]]
+            if layout is None:
+                stats.unknown_type += 1
+                return Malformed(offset, raw, f"unknown type {raw[at]:02X} at byte {at}")
+            if at + layout.size > end:
+                stats.inconsistent += 1
+                name = layout.message_type.name()
+                reason = f"{name} at byte {at} is cut short: {end - at} of {layout.size} bytes"
+                return Malformed(offset, raw, reason)
+            values = layout.fields.unpack_from(raw, at + 1)
+            message = layout.message_type(*values)
+            if not layout.limits or keeps(layout.limits, values):
+                messages.append(message)
+            else:
+                refused.append(message)
+            at += layout.size
+        for message in refused:
+            name = message.name()
+            stats.refused[name] = stats.refused.get(name, 0) + 1
+        stats.frames += 1
+        stats.messages += len(messages)
+        return Frame(offset, raw, tuple(messages), tuple(refused), order, lost)
+
+    # ------------------------------------------------------------------ frames of one shape in a row
+
+    def _run(self, buffer: bytes, at: int, like: bytes, items: list[Item]) -> int:
+        """Take the frames from ``at`` on that have the shape of the one before; return where they end.
+
+        Nothing but speed: what is not plainly in order (another shape, a wrong CRC, a message to refuse, a number that
+        does not follow) is left for the plain way, from there on. So that looking ahead in vain costs little, it looks
+        as far again as it has come, and after a disappointment not for a while.
+        """
+        count = min(self._run_most, (len(buffer) - at) // len(like))
+        if self._run_wait or count < RUN_FRAMES:
+            self._run_wait = max(0, self._run_wait - 1)
+            return at
+        shape = self._shape(like)
+        size = shape.size
+        hoped = count
+        count = _alike(buffer, at, count, shape, like)
+        count = _following(buffer[at + 1 : at + count * size : size], self._due)
+        raws = [buffer[n : n + size] for n in range(at, at + count * size, size)]
+        covered = [raw[self._first :] for raw in raws] if self._first else raws
+        residues = bytes(map(self._crc, covered))
+        count -= len(residues.lstrip(bytes((self._residue,))))
+        rows = [list(fields.iter_unpack(buffer[at : at + count * size])) for _, _, fields in shape.parts]
+        for (_, limits, _), values in zip(shape.parts, rows, strict=True):
+            count = min(count, _keeping(limits, values))
+        offsets = range(self._offset + at, self._offset + at + count * size, size)
+        columns = [starmap(part[0], values[:count]) for part, values in zip(shape.parts, rows, strict=True)]
+        if columns:
+            items += map(Frame, offsets, raws, zip(*columns, strict=True))
+        else:
+            items += [Frame(offset, raw, ()) for offset, raw in zip(offsets, raws, strict=False)]
+        self.statistics.frames += count
+        self.statistics.messages += count * len(columns)
+        self._due = (self._due + count) & 255
+        if count == hoped:
+            self._run_most = min(4 * hoped, RUN_MOST)
+        else:
+            self._run_most = self._run_wait = RUN_FRAMES
+        return at + count * size
+
+    def _shape(self, frame: bytes) -> _Shape:
+        """The shape of a frame whose types are known."""
+        layouts_there = []
+        at, end = HEADER, len(frame) - 1
+        while at < end:
+            layout = self._layouts[frame[at]]
+            assert layout is not None, "a frame with an unknown type was ignored"
+            layouts_there.append((at, layout))
+            at += layout.size
+        types = tuple((place, frame[place]) for place, _ in layouts_there)
+        if self._last_shape is None or (self._last_shape.size, self._last_shape.types) != (len(frame), types):
+            parts = tuple(
+                (
+                    layout.message_type,
+                    layout.limits,
+                    Struct(f">{place + 1}x{layout.letters}{len(frame) - place - layout.size}x"),
+                )
+                for place, layout in layouts_there
+            )
+            self._last_shape = _Shape(len(frame), types, parts)
+        return self._last_shape
+
+
+def _alike(buffer: bytes, at: int, count: int, shape: _Shape, like: bytes) -> int:
+    """How many of ``count`` frames from ``at`` on begin and are laid out as ``like``."""
+    for place in (0, 2, *(place for place, _ in shape.types)):
+        column = buffer[at + place : at + count * shape.size : shape.size]
+        count = len(column) - len(column.lstrip(like[place : place + 1]))
+    return count
+
+
+def _following(seqs: bytes, due: int) -> int:
+    """How many sequence numbers follow one another as they should."""
+    for at in range(0, len(seqs), 256):
+        piece = seqs[at : at + 256]
+        if not _SEQS.startswith(piece, due):
+            return at + next(n for n, seq in enumerate(piece) if seq != _SEQS[due + n])
+    return len(seqs)
+
+
+def _keeping(limits: tuple[Limit, ...], rows: list[tuple[float, ...]]) -> int:
+    """How many rows of values keep the restrictions, up to the first that does not."""
+    count = len(rows)
+    for place, low, high, among in limits:
+        kept = [low <= row[place] <= high for row in rows]
+        if among is not None:
+            kept = [row[place] in among for row in rows]
+        if False in kept:
+            count = min(count, kept.index(False))
+    return count
+
+
+__all__ = [
+    "FROM_ROBOT",
+    "INTER_BYTE_S",
+    "TO_ROBOT",
+    "Frame",
+    "FrameDecoder",
+    "FrameEncoder",
+    "Item",
+    "Statistics",
+    "frame_bytes",
+]
