@@ -74,12 +74,14 @@ class StreamLink(Link, asyncio.Protocol):
 
     def write_urgent(self, data: bytes) -> None:
         """Throw away what the operating system has not sent, where it lets us, and send these bytes."""
-        if self._fileno is not None:
-            # OSError: the device is gone, which write says better. ImportError: Windows.
-            with contextlib.suppress(OSError, ImportError):
+        # Once the link has ended, the number may be another file's.
+        if self._fileno is not None and self._ended is None:
+            with contextlib.suppress(ImportError):  # Windows
                 import termios
 
-                termios.tcflush(self._fileno, termios.TCOFLUSH)
+                # termios.error is no OSError. The device is gone: write says that better.
+                with contextlib.suppress(OSError, termios.error):
+                    termios.tcflush(self._fileno, termios.TCOFLUSH)
         self.write(data)
 
     async def read(self, until: float) -> bytes:
