@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import pty
 import re
@@ -171,6 +172,10 @@ class Cli:
         (self.folder / name).write_text(text, "utf-8")
         return name
 
+    def clean_up(self) -> None:
+        for process in self.processes:
+            process.clean_up()
+
     def text(self, name: str) -> str:
         return (self.folder / name).read_text("utf-8")
 
@@ -179,8 +184,7 @@ class Cli:
 def cli(tmp_path: Path) -> Iterator[Cli]:
     cli = Cli(tmp_path)
     yield cli
-    for process in cli.processes:
-        process.clean_up()
+    cli.clean_up()
 
 
 class Wire:
@@ -243,3 +247,20 @@ def points(svg: str) -> list[tuple[float, float]]:
     ink = re.search(r'<g id="ink".*?</g>|<g [^>]*id="ink"[^>]*>.*?</g>', svg, re.DOTALL)
     assert ink is not None
     return [(float(x), float(y)) for x, y in re.findall(r"(-?[\d.]+),(-?[\d.]+)", ink[0])]
+
+
+def px_per_mm(svg: str) -> float:
+    """The scale of a picture, as its scale bar says."""
+    scale = re.search(r"<title>(\d+) (cm|mm|m)</title>\s*<path d=\"M([\d.]+),[^H]*H([\d.]+)", svg)
+    assert scale is not None
+    length_mm = int(scale[1]) * {"mm": 1, "cm": 10, "m": 1000}[scale[2]]
+    return (float(scale[4]) - float(scale[3])) / length_mm
+
+
+def check_same(svg: str, other: str) -> None:
+    """Every point of the ink of one picture is within a millimetre of one of the other, and the other way round."""
+    ink, wanted, scale = points(svg), points(other), px_per_mm(svg)
+    assert len(wanted) >= 3
+    assert abs(scale / px_per_mm(other) - 1.0) < 0.02
+    for one, two in ((ink, wanted), (wanted, ink)):
+        assert max(min(math.dist(p, q) for q in two) for p in one) < scale

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import signal
 from typing import TYPE_CHECKING
 
 import pytest
 
-from .conftest import Cli, points
+from .conftest import Cli, check_same
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,7 +21,7 @@ PU SETPOS [-120 77.3] PD ARC 200 60
 SETH 33 BK 40.7 SETX 90 PU HOME PD FD 0.7
 PRINT [all drawn]
 """
-FIELDS = {
+FIELDS: dict[str, type | tuple[type, ...]] = {
     "outcome": str,
     "exit_code": int,
     "program": str,
@@ -56,6 +55,7 @@ def in_process(tmp_path_factory: pytest.TempPathFactory) -> str:
     ended = cli("run", cli.program(PROGRAM), "--picture", "drawn.svg")
     ended.check_said("program.logo: done", "times as fast as the robot", "drawn      drawn.svg")
     assert (ended.code, ended.out) == (0, "all drawn\n")
+    cli.clean_up()
     return cli.text("drawn.svg")
 
 
@@ -73,7 +73,8 @@ def test_over_a_port_it_draws_the_same(cli: Cli, in_process: str, options: list[
     simulator = cli.simulate(*options, "--picture", "seen.svg")
     ended = cli("run", cli.program(PROGRAM), "--port", simulator.url, "--picture", "drawn.svg")
 
-    ended.check_said("program.logo: done", "robot pose x 0 mm, y 0.5 mm, heading 0 degrees")
+    ended.check_said("program.logo: done", "host pose  x 0 mm, y 0.7 mm, heading 0 degrees")
+    assert re.search(r"robot pose x -?[01](\.5)? mm, y (0\.5|1) mm, heading 0 degrees", ended.err)
     assert "times as fast" not in ended.err
     assert (ended.code, ended.out) == (0, "all drawn\n")
     check_same(cli.text("drawn.svg"), in_process)
@@ -81,15 +82,6 @@ def test_over_a_port_it_draws_the_same(cli: Cli, in_process: str, options: list[
     simulator.signal(signal.SIGTERM)
     assert simulator.end().code == 130
     check_same(cli.text("seen.svg"), in_process)
-
-
-def check_same(svg: str, other: str) -> None:
-    """Each point of the ink within a millimetre: the pictures are larger than life. A robot's arc has more points."""
-    assert "2 cm" not in svg
-    ink, wanted = points(svg), points(other)
-    assert len(wanted) > 20
-    for one, two in ((ink, wanted), (wanted, ink)):
-        assert max(min(math.dist(p, q) for q in two) for p in one) < 1.0
 
 
 def test_a_basic_robot_draws_the_same(cli: Cli, in_process: str) -> None:
@@ -106,9 +98,7 @@ def test_a_basic_robot_draws_the_same(cli: Cli, in_process: str) -> None:
     simulator.signal(signal.SIGINT)
     simulator.end()
     for name in ("drawn.svg", "seen.svg"):
-        ink, wanted = points(cli.text(name)), points(cli.text("inside.svg"))
-        px_per_mm = 40  # a millimetre is large here
-        assert max(min(math.dist(p, q) for q in wanted) for p in ink) < px_per_mm
+        check_same(cli.text(name), cli.text("inside.svg"))
 
 
 def test_a_basic_robot_is_refused_where_replies_are_required(cli: Cli) -> None:
@@ -154,7 +144,8 @@ def test_json_tells_of_an_error(
     cli: Cli, program: str | None, code: int, kind: str, line: int | None
 ) -> None:
     name = "missing.logo" if program is None else cli.program(program)
-    ended = cli("run", name, "--port", "sim:walter?groups=Q", "--json", "--picture", "p.svg")
+    robot = ["--port", "sim:walter?groups=Q", "--set", "groups=Q"]
+    ended = cli("run", name, *robot, "--json", "--picture", "p.svg")
     result = checked_json(ended.out)
     assert (ended.code, result["exit_code"], result["outcome"]) == (code, code, "error")
     assert ended.err == ""
@@ -204,7 +195,7 @@ def test_real_speed_lets_the_wall_clock_lead(cli: Cli) -> None:
 def test_a_limit_without_a_handler_names_sensor_pose_and_line(cli: Cli, tmp_path: Path) -> None:
     cli.program("[[wall]]\npoints = [[-500, 200], [500, 200]]\n", "arena.toml")
     simulator = cli.simulate("--arena", "arena.toml")
-    cli.program("PRINT 1\nFD 300 PRINT POS\nPRINT 2\n", "p.logo")
+    cli.program("PRINT 1\nFD 300\nREPEAT 100 [FD 20]\nPRINT 2\n", "p.logo")
     ended = cli("run", "p.logo", "--port", simulator.url, "--picture", "p.svg")
     assert (ended.code, ended.out) == (3, "1\n")
     ended.check_said(
