@@ -178,10 +178,10 @@ def test_w11_the_true_robot_stays_with_the_exact_turtle(
         for name, *arguments in program:
             was = turtle.pose
             getattr(turtle, name)(*arguments)
-            # The last move is at most the way from where the robot was; an arc's is never longer than its radius.
+            # The last move is at most the way from where the robot was; an arc's at most its diameter.
             way_mm = apart(was, turtle.pose)
             if name == "arc":
-                longest_mm = 61.0
+                longest_mm = max(longest_mm, 61.0)
             elif way_mm > UNIT_MM / 2:
                 longest_mm = way_mm + 2.0 * UNIT_MM + longest_mm * SIN_HALF_DEGREE
             allowed = UNIT_MM + longest_mm * SIN_HALF_DEGREE + 1e-6

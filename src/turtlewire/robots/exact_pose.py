@@ -116,3 +116,13 @@ def wire_parts(value: int, *, gentle: bool) -> list[int]:
 def is_gentle(value: int) -> bool:
     """Whether a 16-bit argument has no byte 0D or 0A (W8)."""
     return not {value >> 8 & 0xFF, value & 0xFF} & {0x0D, 0x0A}
+
+
+def with_rest(parts: list[int]) -> list[tuple[int, int]]:
+    """Each part with what is still to come after it."""
+    total = sum(parts)
+    rests = []
+    for part in parts:
+        total -= part
+        rests.append((total, part))
+    return rests

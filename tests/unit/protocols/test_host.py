@@ -357,9 +357,9 @@ def test_w9_a_robot_that_answers_nothing_gets_one_command_at_a_time() -> None:
     assert host.data_to_send(over) == encode(m.Back(100))
     assert not host.idle
     assert after_timeout(host) == [Done(m.Back(100), 2)]
-    assert host.idle
     assert host.next_timeout() == math.inf
     assert host.timed_out(9.0) == []
+    assert host.idle
 
 
 def test_a_stop_tells_which_command_it_interrupted_and_how_far_it_was() -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.protocols.walter.codec import encode
 from turtlewire.protocols.walter.messages import GoHome, GoTo, GoToX, GoToY, LogoCommand, TurnTo
-from turtlewire.robots.walter.whereabouts import TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM
+from turtlewire.robots.walter.whereabouts import ANY_HEADING, TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM
 from turtlewire.turtle import HOME, Pose, wrapped
 
 if TYPE_CHECKING:
@@ -47,10 +47,11 @@ class AbsoluteMoves:
     async def go_home(self) -> bool:
         """Go to the origin and look up."""
         position, origin = self._wire.where.position, self._wire.where.frame.origin
-        # C 0 goes to the robot's own origin, and promises no heading.
+        # C 0 goes to the robot's own origin, and promises no heading: a fence may fall between it and C H.
         is_own = (origin.x_mm, origin.y_mm) == (0.0, 0.0)
         is_away = position.robot.distance_to(0.0, 0.0) >= UNIT_MM
-        arrived = Pose(0.0, 0.0, position.robot.heading_deg)
+        heading_deg = ANY_HEADING if self._wire.host.answers else position.robot.heading_deg
+        arrived = Pose(0.0, 0.0, heading_deg)
         if not (is_own and is_away and await self._sent([(GoHome(), arrived), self._turn(HOME)])):
             return False
         position.exact = HOME
@@ -98,9 +99,10 @@ class AbsoluteMoves:
         if _distance(pose, arrived) >= _distance(pose, before):
             wire.groups = wire.groups - {"C"}
             return False
-        # Robots round: what is near enough is where it was sent.
-        wire.where.arrived(arrived if _distance(pose, arrived) <= 2.0 else pose, pen_down=wire.pen_down)
-        return True
+        # Robots round: what is near enough is where it was sent. From elsewhere, the driver drives the rest.
+        is_near = _distance(pose, arrived) <= 2.0
+        wire.where.arrived(arrived if is_near else pose, pen_down=wire.pen_down)
+        return is_near
 
     def _duration_s(self, pose: Pose) -> float:
         """How long a move there should take at most (W14): the robot turns there, and back again."""

@@ -5,6 +5,7 @@ When to send what is decided in ``protocols.walter.host``; what to aim at in ``r
 
 from __future__ import annotations
 
+import contextlib
 import math
 from itertools import count
 from typing import TYPE_CHECKING
@@ -35,7 +36,7 @@ from turtlewire.protocols.walter.messages import (
     RobotMessage,
     SetSpeed,
 )
-from turtlewire.robots.exact_pose import Step, Turn, wire_parts
+from turtlewire.robots.exact_pose import Step, Turn, wire_parts, with_rest
 from turtlewire.robots.frame import Frame
 from turtlewire.robots.session import Session
 from turtlewire.robots.walter.whereabouts import UNIT_MM, Target, Whereabouts
@@ -150,17 +151,20 @@ class Connection:
         self._attending = True
         try:
             for _ in range(MAX_ROUNDS):
-                try:
+                with contextlib.suppress(_DisturbedError):
                     await self._get_attention(patience_s)
                     await self._set_up()
-                except _DisturbedError:
-                    continue
-                return
+                    return
+            raise NoReplyError(
+                f"the robot at {self.link.url} cannot be talked to: it falls silent, or a limit sensor trips, "
+                "each time"
+            )
+        except BaseException:
+            # A robot of which nothing is known gets no command before another attention.
+            self.host.emergency_stop(self.link.now())
+            raise
         finally:
             self._attending = False
-        raise NoReplyError(
-            f"the robot at {self.link.url} cannot be talked to: it falls silent, or a limit sensor trips, each time"
-        )
 
     async def _get_attention(self, patience_s: float) -> None:
         """W7, again and again until the robot answers or is given up: stopped, nothing queued, Logo control."""
@@ -281,7 +285,7 @@ class Connection:
         for step in steps:
             value = step.angle_deg if isinstance(step, Turn) else step.units
             commands = TURNS if isinstance(step, Turn) else MOVES
-            for rest, part in _with_rest(wire_parts(abs(value), gentle=self.settings.gentle)):
+            for rest, part in with_rest(wire_parts(abs(value), gentle=self.settings.gentle)):
                 left = math.copysign(rest, value)
                 at = step.pose.turned(-left) if isinstance(step, Turn) else step.pose.moved(-left * UNIT_MM)
                 self.submit(commands[value < 0](part), self.duration_s(step, part), at)
@@ -399,13 +403,3 @@ class Connection:
             self.drive(position.go_to(exact.x_mm, exact.y_mm) + position.align())
         if text:
             self.notify(text)
-
-
-def _with_rest(parts: list[int]) -> list[tuple[int, int]]:
-    """Each part with what is still to come after it."""
-    total = sum(parts)
-    rests = []
-    for part in parts:
-        total -= part
-        rests.append((total, part))
-    return rests

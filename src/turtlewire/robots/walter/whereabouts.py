@@ -25,6 +25,8 @@ UNIT_MM = 0.5  # W5
 # A robot may round its pose to units and whole degrees; what is further off than this is corrected.
 TOLERANCE_MM = 1.0
 TOLERANCE_DEG = 1.0
+# No number: no heading that a robot reports is off from this one.
+ANY_HEADING = math.nan
 # What is further off than this, people should know of.
 NOTABLE_MM = 5.0
 # Coordinates beyond what a reply can carry are not compared (W5).
