@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from turtlewire.simulator.chassis import Chassis, Travel, Wheels, chords, drive
 from turtlewire.simulator.world import TOUCH_MM, Contact, World
-from turtlewire.trace import Trace
 from turtlewire.turtle import direction
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class Motion:
             whole = chassis.travel(unit.times(self.length))
             self._per_unit = Travel(*(wheels.times(1.0 / self.length) for wheels in whole))
         self.stop_at = self.length
-        self.contact = self._find_contact(world, chassis.radius_mm) if world.walls else None
+        self.contact = self._find_contact(world, chassis.radius_mm) if not world.is_empty else None
         self._done = 0.0
         self._since = 0.0
         self.rate = 0.0
@@ -100,21 +99,18 @@ class Motion:
         """Where the robot is by what its wheels have turned."""
         return drive(self._odometer, self._per_unit.turned.times(progress), self._track_mm)
 
-    def draw(self, trace: Trace, progress: float, *, pen_down: bool) -> None:
-        """Add what has been driven since the last call to a trace."""
-        for pose in self._ways(self._drawn, progress, INK_MM):
-            trace.move(pose, pen_down=pen_down)
+    def undrawn(self, progress: float) -> list[Pose]:
+        """The way since what was said to be drawn, near enough for ink."""
+        return self._ways(self._drawn, progress, INK_MM)
+
+    def mark_drawn(self, progress: float) -> None:
+        """The way up to here has been drawn."""
         self._drawn = progress
 
-    def drawn(self, trace: Trace, progress: float, *, pen_down: bool) -> Trace:
-        """A copy of a trace with what ``draw`` would add: neither the trace nor this motion remembers it."""
-        copy = Trace(trace.start)
-        copy.pose = trace.pose
-        copy.strokes = [*trace.strokes[:-1], *(s._replace(points=[*s.points]) for s in trace.strokes[-1:])]
-        drawn = self._drawn
-        self.draw(copy, progress, pen_down=pen_down)
-        self._drawn = drawn
-        return copy
+    def stop_short(self, progress: float, contact: Contact) -> None:
+        """Somebody has come in the way: it ends here instead, no earlier than where it is."""
+        self.contact = contact
+        self.stop_at = max(progress, self.progress(self._since))
 
     def _ways(self, start: float, end: float, tolerance_mm: float) -> list[Pose]:
         """The ends of the chords of the true way between two progresses."""
@@ -150,7 +146,7 @@ class Motion:
         here = self._true
         way_mm = self.length * max(abs(left), abs(right))
         world = world.near(here.x_mm, here.y_mm, way_mm + radius_mm + TOUCH_MM)
-        if not world.walls:
+        if world.is_empty:
             return None
         ends = self._ways(0.0, self.length, TOUCH_MM / 2.0)
         for i, end in enumerate(ends):

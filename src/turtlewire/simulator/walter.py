@@ -1,8 +1,6 @@
-"""A simulated WALTER: bytes in, bytes out, and in between a robot that takes its time (PROTOCOLS.md section 3).
+"""A simulated WALTER: bytes in, bytes out, and in between a robot that takes its time.
 
-Time is virtual and nothing ticks: the robot goes from one event to the next (a byte has arrived, a motion has ended),
-and every pose follows from the start of its motion. Hence it is as fast as the processor, and the same settings and
-the same bytes at the same times give the same result bit for bit, however the calls cut them up.
+Nothing ticks as long as it is alone in its world: every pose follows from the start of its motion (``body``).
 """
 
 from __future__ import annotations
@@ -13,28 +11,26 @@ from typing import TYPE_CHECKING
 from turtlewire.protocols.walter import messages as m
 from turtlewire.protocols.walter.codec import Mode, encode
 from turtlewire.protocols.walter.robot import AtOnce, Robot
+from turtlewire.simulator.body import Body, next_look_s
 from turtlewire.simulator.chassis import Chassis
-from turtlewire.simulator.line import Line
+from turtlewire.simulator.drivetrain import Battery
 from turtlewire.simulator.motion import Motion
 from turtlewire.simulator.settings import FULL_SPEED, Action, Settings, Statistics
 from turtlewire.simulator.walter_commands import Step, motions, reply, sensor
-from turtlewire.trace import Trace
-from turtlewire.turtle import HOME, Pose
+from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator
 
-    from turtlewire.simulator.world import Contact, Wall
+    from turtlewire.simulator.world import Contact, Disc
 
 __all__ = ["Action", "Settings", "SimulatedWalter", "Statistics"]
 
 
-class SimulatedWalter:
+class SimulatedWalter(Body[Settings]):
     """One robot, its line and its time.
 
     Attributes:
-        now: seconds of the robot's time since power-on.
-        events: called with each ``Action``, or None.
         speed: linear speed, 0..255.
         turn_speed: turning speed, 0..255.
         horn: ``"off"``, ``"low"`` or ``"high"``.
@@ -43,9 +39,8 @@ class SimulatedWalter:
     """
 
     def __init__(self, settings: Settings | None = None) -> None:
-        self.settings = settings = settings or Settings()
-        self.now = 0.0
-        self.events: Callable[[Action], object] | None = None
+        settings = settings or Settings()
+        super().__init__(settings)
         self.speed = self.turn_speed = settings.speed
         self.horn = "off"
         self.lamp = False
@@ -54,65 +49,17 @@ class SimulatedWalter:
         self._chassis = Chassis(
             settings.radius_mm, settings.track_mm, settings.slip, settings.noise, settings.seed
         )
-        self._from_host = Line(settings.baud)
-        self._to_host = Line(settings.baud)
-        self._true = (settings.start or settings.world.start).turned(0.0)  # its heading may be any number
-        self._odometer = HOME
-        self._trace = Trace(self._true)
+        self._battery = Battery(settings.sag, settings.battery_s)
         self._motion: Motion | None = None
+        # When to look for other robots in the way next, while it moves among some.
+        self._look_s = math.inf
         # The command (or key) that moves the robot, and what is left of it.
         self._doing: m.WalterMessage | None = None
         self._steps: Iterator[Step] | None = None
         self._pen_target = settings.pen_down
         self._pen_s = math.inf
-        self._heard_s = 0.0
-        self._commands = self._bytes_in = self._bytes_out = self._lost_bytes = 0
-        self._refused = self._limits = self._watchdog_stops = 0
+        self._commands = self._refused = self._limits = 0
         self._distance_mm = self._turned_deg = 0.0
-
-    # The line
-
-    def write(self, data: bytes) -> None:
-        """The host puts bytes on the line now; they arrive one by one, behind those still going out."""
-        self._from_host.write(data, self.now)
-
-    def discard_output(self) -> None:
-        """The host drops its bytes that have not begun to go out."""
-        self._from_host.discard(self.now)
-
-    @property
-    def bytes_on_line(self) -> int:
-        """How many of the host's bytes have not arrived."""
-        return len(self._from_host)
-
-    def read(self, until: float) -> bytes:
-        """Let time pass until something has arrived for the host, or until ``until``; return what has arrived.
-
-        b"" when only time has passed. With ``until`` infinite, time stops where nothing will happen any more.
-        """
-        arrived = b""
-        until = max(until, self.now)
-        while (at := self.next_event()) <= until:
-            if at == math.inf or (until == math.inf and self._drives_for_ever(at)):
-                return arrived
-            self.now = max(self.now, at)
-            self._happen()
-            data = self._to_host.read(self.now)
-            if data:
-                arrived += data
-                until = self.now
-        if not arrived:
-            self.now = until
-        return arrived
-
-    def next_event(self) -> float:
-        """When something happens next by itself, in seconds of the robot's time; infinite: nothing will."""
-        at = min(self._from_host.next_s, self._to_host.next_s, self._pen_s)
-        if self._motion is not None and self._motion.end_s < at:
-            at = self._motion.end_s
-        if self.settings.watchdog_s is not None:
-            at = min(at, self._watchdog_at())
-        return at
 
     # What is to be seen of it
 
@@ -139,23 +86,6 @@ class SimulatedWalter:
         return motion.odometer_pose(motion.progress(self.now)) if motion else self._odometer
 
     @property
-    def trace(self) -> Trace:
-        """What the pen has truly drawn on the ground up to now; a trace of its own while the robot moves."""
-        if not self._motion:
-            return self._trace
-        return self._motion.drawn(self._trace, self._motion.progress(self.now), pen_down=self.pen_is_down)
-
-    @property
-    def walls(self) -> Sequence[Wall]:
-        """What stands around it."""
-        return self.settings.world.walls
-
-    def clear_trace(self) -> None:
-        """A new sheet: forget what has been drawn up to now."""
-        self._draw()
-        self._trace.clear()
-
-    @property
     def statistics(self) -> Statistics:
         """What it has done since power-on, up to now."""
         distance_mm, turned_deg = self._distance_mm, self._turned_deg
@@ -177,85 +107,99 @@ class SimulatedWalter:
             turned_deg,
         )
 
+    def claims(self) -> tuple[Disc, ...]:
+        """The ground that nobody else may enter now: where it is, and where it is about to be."""
+        motion, here = self._motion, self.disc()
+        if motion is None or self._look_s == math.inf:
+            return (here,)
+        there = motion.true_pose(motion.progress(self._look_s))
+        return (here, here._replace(x_mm=there.x_mm, y_mm=there.y_mm))
+
+    @property
+    def _inks(self) -> bool:
+        return self.pen_is_down
+
+    def _undrawn(self) -> list[Pose]:
+        return self._motion.undrawn(self._motion.progress(self.now)) if self._motion else []
+
     # Time
 
-    def _happen(self) -> None:
-        """Let one thing happen that is due now. What ends, ends before a byte that arrives at the same time acts."""
-        now = self.now
-        if self._pen_s <= now:
-            self._pen_has_moved()
-        elif self._motion is not None and self._motion.end_s <= now:
-            self._motion_is_over(self._motion)
-        elif self._from_host.next_s <= now:
-            self._receive(self._from_host.read_byte())
-        elif self._watchdog_at() <= now:
-            self._watchdog_stops += 1
-            self._tell("watchdog")
-            self._abandon()
-        self._go_on()
+    def _next_s(self) -> float:
+        at = min(self._pen_s, self._look_s)
+        return self._motion.end_s if self._motion is not None and self._motion.end_s < at else at
 
-    def _receive(self, byte: int) -> None:
-        if self.now < self.settings.boot_s:
-            self._lost_bytes += 1
-            return
-        self._bytes_in += 1
+    def _is_settled(self) -> bool:
+        motion = self._motion
+        if self._pen_s < math.inf or motion is None:
+            return self._pen_s == math.inf
+        return motion.end_s == math.inf or (motion.continues and motion.contact is None)
+
+    def _act(self) -> bool:
+        if self._pen_s <= self.now:
+            self._pen_has_moved()
+        elif self._motion is not None and self._motion.end_s <= self.now:
+            self._motion_is_over(self._motion)
+        elif self._motion is not None and self._look_s <= self.now:
+            self._look_out(self._motion)
+        else:
+            return False
+        return True
+
+    def _understand(self, byte: int) -> bool:
         heard = self._end.heard
         for message in self._end.receive_data(bytes([byte])):
             self._commands += 1
             self._act_at_once(message)
-        if self._end.heard > heard:
-            self._heard_s = self.now
+        return self._end.heard > heard
 
-    def _watchdog_at(self) -> float:
-        """When the watchdog stops the robot unless something is heard (section 4)."""
-        is_busy = self._doing is not None or self._end.queued
-        if self.settings.watchdog_s is None or not is_busy:
-            return math.inf
-        return self._heard_s + self.settings.watchdog_s
-
-    def _drives_for_ever(self, at: float) -> bool:
-        """Whether all that happens is that an endless motion goes on into its next piece."""
-        motion = self._motion
-        return motion is not None and motion.continues and motion.contact is None and motion.end_s == at
-
-    def _tell(self, what: str) -> None:
-        if self.events is not None:
-            self.events(Action(self.now, what))
+    def _is_busy(self) -> bool:
+        return self._doing is not None or self._end.queued > 0
 
     def _tell_of(self, what: str) -> None:
         if self.events is not None:
             self.events(Action(self.now, f"{what} {self._doing}"))
-
-    def _send(self, data: bytes) -> None:
-        self._bytes_out += len(data)
-        self._to_host.write(data, self.now)
 
     # Motion
 
     def _start(self, turning: bool, amount: float) -> None:
         world = self.settings.world
         motion = Motion(self._chassis, world, self._true, self._odometer, turning=turning, amount=amount)
+        self._motion = motion
+        self._set_rate()
+        self._look_out(motion)
         if motion.contact is not None and motion.is_refused:
+            self._motion = None
             self._refused += 1
             self._tell_of("refused")
             self._trip(motion.contact)
+
+    def _look_out(self, motion: Motion) -> None:
+        """See whether another robot is in the way that it goes until it looks again."""
+        self._look_s = math.inf
+        if not self.others or not motion.rate:
             return
-        self._motion = motion
-        self._set_rate()
+        self._look_s = next_look_s(self.now)
+        now, soon = motion.progress(self.now), motion.progress(self._look_s)
+        here, there = motion.true_pose(now), motion.true_pose(soon)
+        found = self._met_on(here, there)
+        if found is not None:
+            part, contact = found
+            motion.stop_short(now + (soon - now) * part, contact)
+            motion.set_rate(motion.rate, self.now)
 
     def _set_rate(self) -> None:
         """Let the motion under way follow the speed that is set now."""
         motion = self._motion
         if motion is None:
             return
-        if motion.turning:
-            motion.set_rate(self.turn_speed * self.settings.deg_per_s_per_unit, self.now)
-        else:
-            motion.set_rate(self.speed * self.settings.mm_per_s_per_unit, self.now)
+        speed = self.turn_speed if motion.turning else self.speed
+        each = self.settings.deg_per_s_per_unit if motion.turning else self.settings.mm_per_s_per_unit
+        motion.set_rate(speed * each * self._battery.draw(speed / FULL_SPEED, self.now), self.now)
 
     def _draw(self) -> None:
+        super()._draw()
         if self._motion is not None:
-            self._motion.draw(self._trace, self._motion.progress(self.now), pen_down=self.pen_is_down)
+            self._motion.mark_drawn(self._motion.progress(self.now))
 
     def _halt(self) -> None:
         """The motion under way, if any, ends where it is."""
@@ -270,6 +214,8 @@ class SimulatedWalter:
         else:
             self._distance_mm += progress
         self._motion = None
+        self._look_s = math.inf
+        self._battery.draw(0.0, self.now)
 
     def _motion_is_over(self, motion: Motion) -> None:
         self._halt()
@@ -338,6 +284,8 @@ class SimulatedWalter:
             case m.LowerPen():
                 self._set_pen(down=True)
         self._set_rate()
+        if self._motion is not None:
+            self._look_out(self._motion)
 
     def _drive(self, key: AtOnce, *, turning: bool, amount: float) -> None:
         self._abandon()
