@@ -67,38 +67,64 @@ class LogoError(ProgramError):
     def _suggestion(self) -> str:
         if not self.wrong_name:
             return ""
-        from difflib import get_close_matches  # heavy, and only a failing program needs it
+        from turtlewire.logo.hints import about_name  # only a failing program needs it
 
-        close = get_close_matches(self.wrong_name.lower(), self.known_names, n=1, cutoff=0.7)
-        return f"Did you mean {close[0]}?" if close else ""
+        return about_name(self.number, self.wrong_name, self.known_names)
 
     def __str__(self) -> str:
         return self.explain()
 
 
-def does_not_like(procedure: str, shown: str, *, number: int = 7) -> LogoError:
-    """An input of the wrong kind; ``shown`` is the input as SHOW prints it."""
-    return LogoError(number, f"{procedure} doesn't like {shown} as input")
+def does_not_like(procedure: str, shown: str, *, number: int = 7, wanted: str = "") -> LogoError:
+    """An input of the wrong kind; ``shown`` is the input as SHOW prints it, ``wanted`` says what is liked."""
+    hint = f"{procedure} wants {wanted}." if wanted else ""
+    return LogoError(number, f"{procedure} doesn't like {shown} as input", hint=hint)
 
 
-def not_enough_inputs(procedure: str) -> LogoError:
+def not_enough_inputs(procedure: str, usage: str = "") -> LogoError:
     """A procedure got fewer inputs than it needs."""
-    return LogoError(6, f"not enough inputs to {procedure}")
+    return LogoError(6, f"not enough inputs to {procedure}", hint=usage)
 
 
-def too_many_inputs(procedure: str) -> LogoError:
+def too_many_inputs(procedure: str, usage: str = "") -> LogoError:
     """A parenthesised procedure got more inputs than it takes."""
-    return LogoError(8, f"too many inputs to {procedure}")
+    return LogoError(8, f"too many inputs to {procedure}", hint=usage)
+
+
+def unexpected_parenthesis() -> LogoError:
+    """A ``)`` where none can be."""
+    return LogoError(12, "unexpected ')'", hint="This ) has no ( before it, or nothing between them.")
+
+
+def outside_procedure(name: str) -> LogoError:
+    """A STOP or OUTPUT at top level."""
+    return LogoError(
+        31,
+        f"Can only use {name} inside a procedure",
+        hint=f"{name} ends the procedure that it stands in, and here none is running.",
+    )
 
 
 def did_not_output(procedure: str, wanted_by: str) -> LogoError:
     """A command stood where an operation was needed."""
-    return LogoError(5, f"{procedure} didn't output to {wanted_by}")
+    hint = f"{wanted_by} needs a value here, and {procedure} gives it none."
+    if wanted_by.lower() in _TAKE_INSTRUCTIONS:
+        hint += " Instructions for later stand in brackets: [ ]."
+    return LogoError(5, f"{procedure} didn't output to {wanted_by}", hint=hint)
+
+
+_TAKE_INSTRUCTIONS = frozenset(
+    ("repeat", "if", "ifelse", "for", "forever", "while", "until", "run", "foreach")
+)
 
 
 def unused_value(shown: str, *, from_procedure: bool = False) -> LogoError:
     """A value that no command takes."""
-    return LogoError(30 if from_procedure else 9, f"You don't say what to do with {shown}")
+    return LogoError(
+        30 if from_procedure else 9,
+        f"You don't say what to do with {shown}",
+        hint="No command takes this value: put one before it, such as PRINT, or take the value away.",
+    )
 
 
 def no_value(name: str, known_names: Sequence[str] = ()) -> LogoError:

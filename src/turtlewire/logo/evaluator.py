@@ -86,6 +86,9 @@ class Interpreter:
         self.procedure: UserProcedure | None = None
         self.test: bool | None = None
         self.slots: list[Value] = []  # what ? stands for
+        self.iteration: tuple[int, list[Value]] | None = (
+            None  # what # and ?REST stand for: how far, through what
+        )
         self.repeat_count = -1
         self.limit_handler: LogoList | None = None
         self.limit_handler_changed = False
@@ -139,6 +142,7 @@ class Interpreter:
         self.procedure = None
         self.test = None
         self.repeat_count = -1
+        self.iteration = None
         self.hidden = {}
         self._depth = 0
         self.escaping = None
@@ -267,7 +271,9 @@ class Interpreter:
                 return self.run_list(result.instructions, how)
             return result
         except BadInputError as bad:
-            error = errors.does_not_like(node.name, show_in_error(bad.value), number=bad.number)
+            error = errors.does_not_like(
+                node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted
+            )
             raise blame.placed(self, error, node.place) from None
         except LogoError as error:
             blame.placed(self, error, node.place)
@@ -294,9 +300,7 @@ class Interpreter:
 
     def _output(self, node: OutputCall, how: int) -> Result:
         if self.procedure is None:
-            raise blame.placed(
-                self, LogoError(31, f"Can only use {node.name} inside a procedure"), node.place
-            )
+            raise blame.placed(self, errors.outside_procedure(node.name), node.place)
         each = node.inputs[0]
         if type(each) is Invocation and self._wants_value and how in (LAST, BODY):
             return TailCall(each, self._inputs_of(each))

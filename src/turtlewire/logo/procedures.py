@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall
+from turtlewire.logo.tokens import PRECEDENCE
 from turtlewire.logo.values import LogoList
 
 if TYPE_CHECKING:
@@ -61,13 +62,20 @@ Result = str | int | float | LogoList | Stop | Output | TailCall | RunList | Non
 Function = TypeVar("Function", bound="Callable[..., Result]")
 
 
-class BadInputError(Exception):
-    """A primitive does not like an input; becomes "... doesn't like ... as input"."""
+def _inputs(count: int) -> str:
+    if count == 0:
+        return "no inputs"
+    return "1 input" if count == 1 else f"{count} inputs"
 
-    def __init__(self, value: Value, number: int = 7) -> None:
+
+class BadInputError(Exception):
+    """A primitive does not like an input; becomes "... doesn't like ... as input", with what it wants instead."""
+
+    def __init__(self, value: Value, number: int = 7, wanted: str = "") -> None:
         super().__init__(value)
         self.value = value
         self.number = number
+        self.wanted = wanted
 
 
 class ThrowError(Exception):
@@ -112,6 +120,12 @@ class Primitive:
         self.maximum_inputs = maximum  # -1: any number
         self.takes_alternative = name == "if"
 
+    def usage(self, name: str) -> str:
+        """What people are told of its inputs when they gave too few or too many."""
+        if name in PRECEDENCE:
+            return f"{name} needs a value on each side of it."
+        return f"{name} takes {_inputs(self.default_inputs)}."
+
     def call_node(self, name: str, inputs: list[Node], place: Place) -> Node:
         """The node of the syntax tree that calls this with these inputs."""
         kind = OutputCall if self.name == "output" else Call
@@ -144,6 +158,15 @@ class UserProcedure:
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0
         self.takes_alternative = False
         self.is_erased = False  # code that was parsed before may still refer to it
+
+    def usage(self, name: str) -> str:
+        """What people are told of its inputs when they gave too few or too many."""
+        names = [f":{key}" for key in self.inputs]
+        names += [f"[:{each.name} ...]" for each in self.optional]
+        if self.rest:
+            names.append(f"[:{self.rest}]")
+        title = " ".join(["to", self.name, *names])
+        return f"{name} takes {_inputs(self.default_inputs)}; it is defined as: {title}"
 
     def call_node(self, name: str, inputs: list[Node], place: Place) -> Node:
         """The node of the syntax tree that invokes this with these inputs."""

@@ -83,7 +83,7 @@ class LineReader:
                 i += 1
             elif c == "]":
                 if len(open_lists) == 1:
-                    raise self._error(26, "unexpected ']'", i)
+                    raise self._error(26, "unexpected ']'", i, "This ] has no [ before it.")
                 done = open_lists.pop()
                 open_lists[-1].items.append(LogoList(done.items, self.source, tuple(done.offsets)))
                 open_lists[-1].offsets.append(done.offset)

@@ -14,7 +14,7 @@ _found: list[int] = []  # for each running program, the limit to be put back
 
 @contextmanager
 def room_for_recursion(frames: int) -> Iterator[None]:
-    """Let Python functions nest this deep. Several threads may be within; the last one puts back what the first found."""
+    """Let Python functions nest this deep. Several threads may be within: the last puts back what the first found."""
     limit = _found[0] if _found else sys.getrecursionlimit()
     _found.append(limit)
     sys.setrecursionlimit(max(limit, frames))

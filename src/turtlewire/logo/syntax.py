@@ -8,9 +8,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import LogoError, not_enough_inputs, too_many_inputs, unknown_procedure
+from turtlewire.logo.errors import (
+    LogoError,
+    not_enough_inputs,
+    too_many_inputs,
+    unexpected_parenthesis,
+    unknown_procedure,
+)
 from turtlewire.logo.tokens import DOTS, NAME, NEGATE, PRECEDENCE, VALUE, Place, Token, placed
-from turtlewire.logo.values import LogoList, Value, plain, to_text
+from turtlewire.logo.values import LogoList, Value, parse_number, plain, to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -173,12 +179,14 @@ class Parser:
         kind = self._kind()
         if not kind or kind == ")" or kind in PRECEDENCE:
             place = self.tokens[min(self.index, len(self.tokens) - 1)].place
+            if wanted_by in PRECEDENCE and kind in PRECEDENCE:
+                raise placed(not_enough_inputs(kind), self.tokens[self.index].place)
             if wanted_by:
-                raise placed(not_enough_inputs(wanted_by), place)
+                raise placed(self._not_enough_inputs(wanted_by), place)
             if kind == ")":
-                raise placed(LogoError(12, "unexpected ')'"), place)
+                raise placed(unexpected_parenthesis(), place)
             raise placed(not_enough_inputs(kind), place)
-        token = self.tokens[self.index]
+        token = self._named_token()
         self.index += 1
         if kind == VALUE:
             return Literal(token.value, token.place)
@@ -198,7 +206,7 @@ class Parser:
         inputs: list[Node] = []
         for _ in range(procedure.default_inputs):
             if not self._kind() or self._kind() == ")":
-                raise placed(not_enough_inputs(name), token.place)
+                raise placed(self._not_enough_inputs(name), token.place)
             inputs.append(self._expression(0, name))
         if procedure.takes_alternative and self._next_is_list():
             inputs.append(self._operand(name))
@@ -209,6 +217,25 @@ class Parser:
 
     def _procedure(self, name: str) -> Primitive | UserProcedure | None:
         return self.procedures.get(plain(name).lower())
+
+    def _named_token(self) -> Token:
+        """The next token; a name that only spells a procedure's with a number behind it (``fd100``) is made two."""
+        token = self.tokens[self.index]
+        if token.kind != NAME or self._procedure(str(token.value)) is not None:
+            return token
+        name = str(token.value)
+        stem = name.rstrip("0123456789")
+        if len(stem) == len(name) or self._procedure(stem) is None:
+            return token
+        place = (token.place[0], token.place[1] + len(stem)) if token.place is not None else None
+        number = Token(VALUE, parse_number(name[len(stem) :]), place)  # type: ignore[arg-type]
+        token = Token(NAME, stem, token.place)
+        self.tokens = [*self.tokens[: self.index], token, number, *self.tokens[self.index + 1 :]]
+        return token
+
+    def _not_enough_inputs(self, name: str) -> LogoError:
+        procedure = self._procedure(name)
+        return not_enough_inputs(name, procedure.usage(name) if procedure is not None else "")
 
     def _unknown(self, name: str, token: Token) -> Node:
         if self.is_variable is None:
@@ -229,10 +256,17 @@ class Parser:
         if self._kind() != NAME or self._infix_follows():
             node = self._expression(0, "")
             if self._kind() != ")":
-                raise placed(LogoError(8, "too much inside ()'s"), self.tokens[self.index].place)
+                raise placed(
+                    LogoError(
+                        8,
+                        "too much inside ()'s",
+                        hint="Parentheses hold one value, or one procedure with all of its inputs.",
+                    ),
+                    self.tokens[self.index].place,
+                )
             self.index += 1
             return node
-        token = self.tokens[self.index]
+        token = self._named_token()
         self.index += 1
         name = str(token.value)
         procedure = self._procedure(name)
@@ -248,9 +282,9 @@ class Parser:
             inputs.append(self._expression(0, name))
         self.index += 1
         if len(inputs) < procedure.minimum_inputs:
-            raise placed(not_enough_inputs(name), token.place)
+            raise placed(self._not_enough_inputs(name), token.place)
         if 0 <= procedure.maximum_inputs < len(inputs):
-            raise placed(too_many_inputs(name), token.place)
+            raise placed(too_many_inputs(name, procedure.usage(name)), token.place)
         return procedure.call_node(name, inputs, token.place)
 
     def _infix_follows(self) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from turtlewire.logo.errors import LogoError
+from turtlewire.logo.errors import LogoError, unexpected_parenthesis
 from turtlewire.logo.values import LogoList, Value, parse_number, without_backslashes, word
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _check_parentheses(tokens: list[Token]) -> None:
             opened.append(token)
         elif token.kind == ")":
             if not opened:
-                raise placed(LogoError(12, "unexpected ')'"), token.place)
+                raise placed(unexpected_parenthesis(), token.place)
             opened.pop()
     if opened:
         raise placed(LogoError(10, "too many ('s", hint="This ( has no )."), opened[-1].place)

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from turtlewire.logo.reader import Definition
 
 
+_NAME = "a name, without any sign before it or behind it"
+_INPUTS = "nothing but the inputs in this line, each with a colon, as in :size; the instructions begin in the next line"
+
+
 def define_from_title(logo: Interpreter, definition: Definition) -> None:
     """Carry out a TO.
 
@@ -23,7 +27,7 @@ def define_from_title(logo: Interpreter, definition: Definition) -> None:
     try:
         if len(title.items) < 2:
             raise not_enough_inputs("to")
-        define(logo, title.items[1], title.items[2:], definition.body, title)
+        define(logo, title.items[1], title.items[2:], definition.body, title, str(title.items[0]))
     except LogoError as error:
         error.position = title.source.position(title.offsets[min(1, len(title.offsets) - 1)])
         raise
@@ -42,21 +46,26 @@ def define(
     Raises:
         LogoError: see ``define_from_title``; errors name ``command``.
     """
-    if not isinstance(name, str) or parse_number(name) is not None:
-        raise does_not_like(command, show_in_error(name), number=4 if command == "to" else 7)
+    is_to = command.lower() == "to"
+    if (
+        not isinstance(name, str)
+        or parse_number(name) is not None
+        or ((is_to and name[:1] in ':"') or "(" in name)
+    ):
+        raise does_not_like(command, show_in_error(name), number=4 if is_to else 7, wanted=_NAME)
     key = plain(name).lower()
     procedure = logo.procedures.get(key)
     if isinstance(procedure, Primitive):
-        number, problem = (15, "already defined") if command == "to" else (22, "a primitive")
+        number, problem = (15, "already defined") if is_to else (22, "a primitive")
         raise LogoError(number, f"{plain(name)} is {problem}", hint="It is a primitive: choose another name.")
     fresh = UserProcedure(plain(name))
     fresh.default_inputs = -1
     for each in inputs:
         _add_input(fresh, each, command)
     fresh.minimum_inputs = len(fresh.inputs)
+    fresh.maximum_inputs = -1 if fresh.rest else len(fresh.inputs) + len(fresh.optional)
     if fresh.default_inputs < 0:
         fresh.default_inputs = fresh.minimum_inputs
-    fresh.maximum_inputs = -1 if fresh.rest else len(fresh.inputs) + len(fresh.optional)
     fresh.body = body
     fresh.title = title
     if procedure is None:
@@ -69,9 +78,12 @@ def define(
 
 def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
     """Add one member of a title line: ``:required``, then ``[:optional default]``, ``[:rest]``, a number of inputs."""
-    if isinstance(each, int | float):
-        procedure.default_inputs = int(each)  # how many inputs are taken without parentheses
-    elif isinstance(each, str) and not procedure.optional and not procedure.rest:
+    if isinstance(each, int) and procedure.default_inputs < 0:
+        most = float("inf") if procedure.rest else len(procedure.inputs) + len(procedure.optional)
+        if not len(procedure.inputs) <= each <= most:
+            raise does_not_like(command, show_in_error(each), number=4, wanted=_INPUTS)
+        procedure.default_inputs = each  # how many inputs are taken without parentheses
+    elif isinstance(each, str) and not ("(" in each or procedure.optional or procedure.rest):
         procedure.inputs.append(_input_name(each))
     elif isinstance(each, LogoList) and each.items and not procedure.rest and isinstance(each.items[0], str):
         name = _input_name(each.items[0])
@@ -80,7 +92,7 @@ def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
         else:
             procedure.optional.append(OptionalInput(name, _tail(each)))
     else:
-        raise does_not_like(command, show_in_error(each), number=4)
+        raise does_not_like(command, show_in_error(each), number=4, wanted=_INPUTS)
 
 
 def _tail(items: LogoList) -> LogoList:

@@ -25,7 +25,7 @@ def test_the_paragraph_for_people(session: Session) -> None:
 
 def test_a_variable_that_is_nearly_known(session: Session) -> None:
     error = session.error('make "length 3\nprint :lenght')
-    assert str(error).endswith("Did you mean length?")
+    assert str(error).endswith("Did you mean :length?")
     assert "Did you mean" not in str(session.error("print :zzz"))
 
 

@@ -18,6 +18,9 @@ chapter = Chapter()
 primitive = chapter.primitive
 
 
+_DIVISOR = "a number other than 0"
+
+
 def _finite(result: Number, blamed: Value) -> Number:
     """A result that Logo can keep; an infinite one, or none at all, is the fault of the blamed input."""
     kept = narrowed(result)
@@ -72,7 +75,7 @@ def _quotient(_logo: Interpreter, a: Value, b: Value | None = None) -> Number:
         a, b = 1, a
     dividend, divisor = number(a), number(b)
     if divisor == 0:
-        raise BadInputError(b, 4)
+        raise BadInputError(b, 4, _DIVISOR)
     if isinstance(dividend, int) and isinstance(divisor, int) and dividend % divisor == 0:
         return dividend // divisor
     return _finite(dividend / divisor, b)
@@ -82,7 +85,7 @@ def _quotient(_logo: Interpreter, a: Value, b: Value | None = None) -> Number:
 def _remainder(_logo: Interpreter, a: Value, b: Value) -> Number:
     dividend, divisor = number(a), number(b)
     if divisor == 0:
-        raise BadInputError(b, 4)
+        raise BadInputError(b, 4, _DIVISOR)
     if isinstance(dividend, int) and isinstance(divisor, int):
         result = abs(dividend) % abs(divisor)
         return -result if dividend < 0 else result
@@ -93,7 +96,7 @@ def _remainder(_logo: Interpreter, a: Value, b: Value) -> Number:
 def _modulo(_logo: Interpreter, a: Value, b: Value) -> Number:
     dividend, divisor = number(a), number(b)
     if divisor == 0:
-        raise BadInputError(b, 4)
+        raise BadInputError(b, 4, _DIVISOR)
     return dividend % divisor
 
 
@@ -282,11 +285,18 @@ def _rerandom(logo: Interpreter, seed: Value = 42) -> None:
 # --- bits -----------------------------------------------------------------------------------------------------
 
 
+def _bits(value: Value) -> int:
+    found = number(value)
+    if found != int(found):
+        raise BadInputError(value, 4, "a whole number")
+    return int(found)
+
+
 @primitive("bitand", 2, minimum=0, maximum=-1)
 def _bitand(_logo: Interpreter, inputs: list[Value]) -> Number:
     result = -1
     for each in inputs:
-        result &= integer(each)
+        result &= _bits(each)
     return result
 
 
@@ -294,7 +304,7 @@ def _bitand(_logo: Interpreter, inputs: list[Value]) -> Number:
 def _bitor(_logo: Interpreter, inputs: list[Value]) -> Number:
     result = 0
     for each in inputs:
-        result |= integer(each)
+        result |= _bits(each)
     return result
 
 
@@ -302,18 +312,18 @@ def _bitor(_logo: Interpreter, inputs: list[Value]) -> Number:
 def _bitxor(_logo: Interpreter, inputs: list[Value]) -> Number:
     result = 0
     for each in inputs:
-        result ^= integer(each)
+        result ^= _bits(each)
     return result
 
 
 @primitive("bitnot", 1)
 def _bitnot(_logo: Interpreter, a: Value) -> Number:
-    return ~integer(a)
+    return ~_bits(a)
 
 
 @primitive("ashift lshift", 2)
 def _ashift(_logo: Interpreter, a: Value, b: Value) -> Number:
-    value, places = integer(a), integer(b)
+    value, places = _bits(a), _bits(b)
     if abs(places) > 64:
         raise BadInputError(b)
     return _finite(value << places if places >= 0 else value >> -places, b)

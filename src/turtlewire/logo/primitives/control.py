@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import LogoError, did_not_output
+from turtlewire.logo.errors import LogoError, did_not_output, outside_procedure
 from turtlewire.logo.primitives.inputs import key, natural, number, truth
 from turtlewire.logo.procedures import (
     COMMAND,
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 chapter = Chapter()
 primitive = chapter.primitive
 
+
+_TEST_FIRST = "A TEST with a condition must come before it in the same procedure."
 
 # --- conditions -----------------------------------------------------------------------------------------------
 
@@ -54,14 +56,14 @@ def _test(logo: Interpreter, condition: Value) -> None:
 @primitive("iftrue ift", 1)
 def _iftrue(logo: Interpreter, instructions: Value) -> Result:
     if logo.test is None:
-        raise LogoError(25, "iftrue without TEST")
+        raise LogoError(25, "iftrue without TEST", hint=_TEST_FIRST)
     return RunList(instructions) if logo.test else None
 
 
 @primitive("iffalse iff", 1)
 def _iffalse(logo: Interpreter, instructions: Value) -> Result:
     if logo.test is None:
-        raise LogoError(25, "iffalse without TEST")
+        raise LogoError(25, "iffalse without TEST", hint=_TEST_FIRST)
     return None if logo.test else RunList(instructions)
 
 
@@ -86,7 +88,7 @@ def _runresult(logo: Interpreter, instructions: Value) -> Result:
 @primitive("stop", 0)
 def _stop(logo: Interpreter) -> Result:
     if logo.procedure is None:
-        raise LogoError(31, "Can only use stop inside a procedure")
+        raise outside_procedure("stop")
     return Stop()
 
 
@@ -148,7 +150,7 @@ def _forever(logo: Interpreter, instructions: Value) -> Result:
         logo.repeat_count = outer_count
 
 
-@primitive("repcount #", 0)
+@primitive("repcount", 0)
 def _repcount(logo: Interpreter) -> Value:
     return logo.repeat_count
 
@@ -167,7 +169,9 @@ def _loop_number(logo: Interpreter, value: Value) -> Number:
 def _for(logo: Interpreter, control: Value, instructions: Value) -> Result:
     members = control.items if isinstance(control, LogoList) else ()
     if not 3 <= len(members) <= 4:
-        raise BadInputError(control)
+        raise BadInputError(
+            control, wanted="a list of a name, a start, an end and perhaps a step: [i 1 10 2]"
+        )
     name = key(members[0])
     start, end = _loop_number(logo, members[1]), _loop_number(logo, members[2])
     ascending = 1 if end >= start else -1
@@ -281,5 +285,6 @@ def _error(logo: Interpreter) -> Value:
     error, logo.last_error = logo.last_error, None
     if error is None:
         return LogoList()
-    line = LogoList((error.position.text.strip(),)) if error.position is not None else LogoList()
-    return LogoList((error.number, error.text, error.procedure or LogoList(), line))
+    if error.procedure is None or error.position is None:
+        return LogoList((error.number, error.text, LogoList(), LogoList()))
+    return LogoList((error.number, error.text, error.procedure, LogoList((error.position.text.strip(),))))

@@ -53,7 +53,7 @@ def _sentence(_logo: Interpreter, inputs: list[Value]) -> Value:
 def _letter(value: Value) -> str:
     found = text(value)
     if len(found) != 1:
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a single letter")
     return found
 
 
@@ -104,7 +104,7 @@ def _members(value: Value) -> tuple[Value, ...] | str:
     """The members of a list or the letters of a word, of which there is at least one."""
     found = value.items if isinstance(value, LogoList) else to_text(value)
     if not found:
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a word or list with something in it")
     return found
 
 
@@ -151,7 +151,7 @@ def _item(_logo: Interpreter, index: Value, value: Value) -> Value:
     wanted = integer(index)
     found = _members(value)
     if not 1 <= wanted <= len(found):
-        raise BadInputError(index, 4)
+        raise BadInputError(index, 4, f"a place from 1 to {len(found)}")
     return _member(found[wanted - 1])
 
 

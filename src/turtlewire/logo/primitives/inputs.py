@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 
 
+_TRUTH = "true or false, as a comparison outputs it"
+
+
 def number(value: Value) -> Number:
     """A number."""
     kind = type(value)
@@ -18,7 +21,7 @@ def number(value: Value) -> Number:
         return value  # type: ignore[return-value]
     found = to_number(value)
     if found is None:
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a number")
     return found
 
 
@@ -26,7 +29,7 @@ def integer(value: Value) -> int:
     """A whole number, however it is spelled."""
     found = number(value)
     if found != int(found):
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a whole number")
     return int(found)
 
 
@@ -34,14 +37,14 @@ def natural(value: Value) -> int:
     """A whole number, 0 or more."""
     found = integer(value)
     if found < 0:
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a whole number, 0 or more")
     return found
 
 
 def text(value: Value) -> str:
     """The text of a word, marks included."""
     if isinstance(value, LogoList):
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a word, and no list")
     return to_text(value)
 
 
@@ -53,7 +56,7 @@ def key(value: Value) -> str:
 def items(value: Value) -> tuple[Value, ...]:
     """The members of a list."""
     if not isinstance(value, LogoList):
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a list in brackets")
     return value.items
 
 
@@ -63,14 +66,14 @@ def truth(logo: Interpreter, value: Value) -> bool:
     if isinstance(value, LogoList):
         result = logo.value_of(value)
         if result is None:
-            raise BadInputError("nothing")
+            raise BadInputError("nothing", wanted=_TRUTH)
         found = result
     lowered = found.lower() if isinstance(found, str) else ""
     if lowered == TRUE:
         return True
     if lowered == FALSE:
         return False
-    raise BadInputError(found)
+    raise BadInputError(found, wanted=_TRUTH)
 
 
 def point(value: Value) -> tuple[float, float]:
@@ -78,7 +81,7 @@ def point(value: Value) -> tuple[float, float]:
     members = value.items if isinstance(value, LogoList) else ()
     numbers = [to_number(member) for member in members]
     if len(numbers) != 2 or numbers[0] is None or numbers[1] is None:
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="a list of two numbers, as in [30 40]")
     return float(numbers[0]), float(numbers[1])
 
 

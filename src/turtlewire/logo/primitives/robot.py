@@ -47,7 +47,7 @@ def _eyesoff(logo: Interpreter) -> None:
 def _setspeed(logo: Interpreter, speed: Value) -> None:
     found = integer(speed)
     if not _SLOWEST <= found <= _FASTEST:
-        raise BadInputError(speed)
+        raise BadInputError(speed, wanted=f"a speed from {_SLOWEST} to {_FASTEST}")
     logo.turtle.set_speed(found)
 
 
@@ -55,14 +55,14 @@ def _setspeed(logo: Interpreter, speed: Value) -> None:
 def _wait(logo: Interpreter, sixtieths: Value) -> None:
     found = number(sixtieths)
     if found < 0:
-        raise BadInputError(sixtieths)
+        raise BadInputError(sixtieths, wanted="a number of sixtieths of a second, 0 or more")
     logo.turtle.wait(found / _SIXTIETHS_PER_SECOND)
 
 
 @primitive("onlimit", 1)
 def _onlimit(logo: Interpreter, handler: Value) -> None:
     if not isinstance(handler, LogoList):
-        raise BadInputError(handler)
+        raise BadInputError(handler, wanted="a list of instructions, or [] for none")
     logo.set_limit_handler(handler if handler.items else None)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import did_not_output, not_enough_inputs, too_many_inputs, unknown_procedure
@@ -11,6 +12,8 @@ from turtlewire.logo.syntax import Invocation
 from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, plain, show, to_text, word
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from turtlewire.logo.evaluator import Interpreter
 
 chapter = Chapter()
@@ -72,8 +75,40 @@ def _value(logo: Interpreter, template: Value, inputs: list[Value], wanted_by: s
 def _slot(logo: Interpreter, index: Value = 1) -> Value:
     wanted = natural(index)
     if not 1 <= wanted <= len(logo.slots):
-        raise BadInputError(index)
+        raise BadInputError(index, 4, "to stand in a template, with as many inputs")
     return logo.slots[wanted - 1]
+
+
+@primitive("#", 0)
+def _number(logo: Interpreter) -> Value:
+    """Which member of the data a template is applied to; outside of templates the same as REPCOUNT."""
+    return logo.iteration[0] if logo.iteration is not None else logo.repeat_count
+
+
+@primitive("?rest", 0, maximum=1)
+def _rest(logo: Interpreter, index: Value = 1) -> Value:
+    wanted = natural(index)
+    done, inputs = logo.iteration if logo.iteration is not None else (0, [])
+    if not 1 <= wanted <= len(inputs):
+        raise BadInputError(index, 4)
+    data = inputs[wanted - 1]
+    return LogoList(data.items[done:]) if isinstance(data, LogoList) else word(to_text(data)[done:])
+
+
+@contextmanager
+def _iterating(logo: Interpreter, inputs: list[Value]) -> Iterator[Iterator[list[Value]]]:
+    """The columns of the inputs, one after the other, while ``#`` and ``?REST`` follow them."""
+
+    def columns() -> Iterator[list[Value]]:
+        for index, column in enumerate(_columns(inputs), 1):
+            logo.iteration = (index, inputs)
+            yield column
+
+    outer = logo.iteration
+    try:
+        yield columns()
+    finally:
+        logo.iteration = outer
 
 
 @primitive("apply", 2)
@@ -109,7 +144,8 @@ def _like(model: Value, members: list[Value]) -> Value:
 
 @primitive("map", 2, maximum=-1)
 def _map(logo: Interpreter, inputs: list[Value]) -> Value:
-    return _like(inputs[1], [_value(logo, inputs[0], column, "map") for column in _columns(inputs[1:])])
+    with _iterating(logo, inputs[1:]) as columns:
+        return _like(inputs[1], [_value(logo, inputs[0], column, "map") for column in columns])
 
 
 @primitive("filter", 2)
@@ -117,14 +153,16 @@ def _filter(logo: Interpreter, template: Value, data: Value) -> Value:
     def keeps(column: list[Value]) -> bool:
         return truth(logo, _value(logo, template, column, "filter"))
 
-    return _like(data, [column[0] for column in _columns([data]) if keeps(column)])
+    with _iterating(logo, [data]) as columns:
+        return _like(data, [column[0] for column in columns if keeps(column)])
 
 
 @primitive("find", 2)
 def _find(logo: Interpreter, template: Value, data: Value) -> Value:
-    for column in _columns([data]):
-        if truth(logo, _value(logo, template, column, "find")):
-            return column[0]
+    with _iterating(logo, [data]) as columns:
+        for column in columns:
+            if truth(logo, _value(logo, template, column, "find")):
+                return column[0]
     return LogoList()
 
 
@@ -141,8 +179,9 @@ def _reduce(logo: Interpreter, template: Value, data: Value) -> Value:
 
 @primitive("foreach", 2, maximum=-1)
 def _foreach(logo: Interpreter, inputs: list[Value]) -> Result:
-    for column in _columns(inputs[:-1]):
-        result = apply_template(logo, inputs[-1], column, COMMAND)
-        if result is not None:
-            return result
+    with _iterating(logo, inputs[:-1]) as columns:
+        for column in columns:
+            result = apply_template(logo, inputs[-1], column, COMMAND)
+            if result is not None:
+                return result
     return None
