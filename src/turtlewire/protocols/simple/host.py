@@ -35,7 +35,6 @@ from turtlewire.protocols.simple.messages import (
     EMERGENCY_STOP,
     MAX_WINDOW,
     Accepted,
-    Headlights,
     SimpleCommand,
     Stop,
 )
@@ -183,7 +182,7 @@ class Host:
         self._give_back()
         self._urgent = EMERGENCY_STOP
         self._line.sent(EMERGENCY_STOP, now)
-        self.state = RobotState(lights=self.state.lights)
+        self.state = RobotState()
         self._resynchronise(now)
 
     # ------------------------------------------------------------------ what is under way
@@ -300,9 +299,8 @@ class Host:
     def _out_of_step(self, reason: str, now: float) -> None:
         """S8: what is under way is unknown. Wanted set-points are sent again when the way back is done."""
         self._events.append(OutOfStep(reason, self.under_way))
-        # What bytes a lost one made a command of is not known either; only H makes one for the headlights.
-        doubtful = any(isinstance(command, Headlights) for command in self.under_way)
-        self.state = RobotState(lights=None if doubtful else self.state.lights)
+        # Not even what was accepted is certain: a byte too many is noticed one or two commands later.
+        self.state = RobotState()
         for flight in self._flights:
             for channel in self._channels.values():
                 if channel.wanted is not None and channel.wanted in flight.orders:
@@ -320,6 +318,7 @@ class Host:
     def _give_back(self) -> None:
         """Everything under way: what is still wanted will be sent, a stop the way back carries out."""
         flights, self._flights = self._flights, deque()
+        self._due = math.inf
         again: dict[str, None] = {}
         for flight in flights:
             for order in flight.orders:
@@ -351,7 +350,7 @@ class Host:
             self._way_back = None
             self.in_step = True
             self._in_step_since = self._last_sent = now
-            self.state = RobotState(0, 0, self.state.lights)
+            self.state = RobotState(drive=0, steer=0)
             self._events.append(InStep(self.state))
             for order in self._stops:
                 self._events.append(Done(order.command, order.tag))
@@ -359,7 +358,7 @@ class Host:
                 self._events.append(GaveUp(order.command, order.tag, self.state))
             self._stops, self._lost = [], []
             for name, channel in self._channels.items():
-                if channel.wanted is not None and channel.wanted.command.STOPPED:
+                if channel.wanted is not None:
                     self._unsent.setdefault(name)
 
     def _die(self, reason: str) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from turtlewire.protocols.simple.messages import SimpleCommand
+if TYPE_CHECKING:
+    from turtlewire.protocols.simple.messages import SimpleCommand
 
 
 class Order:
