@@ -77,11 +77,13 @@ def test_over_a_port_it_draws_the_same(cli: Cli, in_process: str, options: list[
     assert re.search(r"robot pose x -?[01](\.5)? mm, y (0\.5|1) mm, heading 0 degrees", ended.err)
     assert "times as fast" not in ended.err
     assert (ended.code, ended.out) == (0, "all drawn\n")
-    check_same(cli.text("drawn.svg"), in_process)
+    # Where the last half degree cannot be seen to by an absolute move, it shows at the end of a long one.
+    tolerance_mm = 2.0 if "--groups" in options else 1.0
+    check_same(cli.text("drawn.svg"), in_process, tolerance_mm)
     # And that is what was on the ground, not only what the driver thought.
     simulator.signal(signal.SIGTERM)
     assert simulator.end().code == 130
-    check_same(cli.text("seen.svg"), in_process)
+    check_same(cli.text("seen.svg"), in_process, tolerance_mm)
 
 
 def test_a_basic_robot_draws_the_same(cli: Cli, in_process: str) -> None:
@@ -199,7 +201,7 @@ def test_a_limit_without_a_handler_names_sensor_pose_and_line(cli: Cli, tmp_path
     ended = cli("run", "p.logo", "--port", simulator.url, "--picture", "p.svg")
     assert (ended.code, ended.out) == (3, "1\n")
     ended.check_said(
-        "the front limit sensor stopped the robot at x 0 mm, y 110 mm", "p.logo, line 2", "p.svg"
+        "the front limit sensor stopped the robot at x 0 mm, y 110 mm", "in p.logo, line 3, FD", "p.svg"
     )
     assert "The robot was stopped, after 0.11 m" in ended.err
     simulator.wait_until_still()

@@ -7,8 +7,12 @@ import errno
 import io
 import os
 import sys
+from typing import TYPE_CHECKING
 
 from turtlewire.errors import OutputError
+
+if TYPE_CHECKING:
+    from typing import TextIO
 
 
 def prepare() -> None:
@@ -36,8 +40,10 @@ def write(text: str) -> None:
 
 def tell(text: str) -> None:
     """Say something to people, on standard error; if nobody is there, nothing is lost by it."""
-    with contextlib.suppress(OSError):
+    try:
         print(text, file=sys.stderr, flush=True)
+    except OSError:
+        _give_up(sys.stderr)
 
 
 def finish() -> None:
@@ -49,11 +55,15 @@ def finish() -> None:
 
 
 def _explained(error: OSError) -> OutputError:
-    # What could not be written is still in the buffer: let Python's own end not stumble over it.
-    with contextlib.suppress(OSError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    _give_up(sys.stdout)
     if error.errno in (errno.EPIPE, errno.EINVAL):  # EINVAL: Windows
         return OutputError(
             "the output is no longer read: the program that it was piped into has ended (head does that)"
         )
     return OutputError(f"cannot write the output: {error.strerror or error}")
+
+
+def _give_up(stream: TextIO) -> None:
+    """What could not be written is still in the buffer: let Python's own end not stumble over it."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
