@@ -156,8 +156,7 @@ class Connection:
                     await self._set_up()
                     return
             raise NoReplyError(
-                f"the robot at {self.link.url} cannot be talked to: it falls silent, or a limit sensor trips, "
-                "each time"
+                f"the robot at {self.link.url} cannot be talked to: a limit trips, or it falls silent, each time"
             )
         except BaseException:
             # A robot of which nothing is known gets no command before another attention.
@@ -198,11 +197,9 @@ class Connection:
 
     async def _is_answered(self, question: _Question, deadline: float) -> bool:
         stops = self._stops
-        is_answered = await self.session.until(
-            lambda: question.reply is not None or stops != self._stops, deadline
-        )
+        done = await self.session.until(lambda: bool(question.reply or stops != self._stops), deadline)
         self._raise_stop(stops)
-        return is_answered
+        return done
 
     def _without_answers(self, rubbish: int) -> None:
         """The robot did not answer: go on as with a basic one, if that is possible."""
@@ -256,11 +253,10 @@ class Connection:
             return
         self._closed = True
         try:
-            self.stop()
-            # Nothing more is expected: this lets the last bytes go out.
-            await self.session.until(lambda: False, self.link.now() + 150.0 / self.settings.baud)
-        except LinkError:
-            pass
+            with contextlib.suppress(LinkError):
+                self.stop()
+                # Nothing more is expected: this lets the last bytes go out.
+                await self.session.until(lambda: False, self.link.now() + 150.0 / self.settings.baud)
         finally:
             await self.session.close()
 

@@ -282,6 +282,7 @@ class AsyncWalter:
 
     async def set_speed(self, speed: int) -> None:
         """Set the speed of moves and turns, 1..255."""
+        _check("speed", speed)
         if not 1 <= speed <= 255:
             raise MessageError(
                 f"speed is {speed}, but must be from 1 to 255: at 0 the robot would never arrive"

@@ -1,0 +1,364 @@
+"""Real pseudo-terminals and sockets at the far end; nothing here looks at the clock on the wall."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import math
+import os
+import pty
+import socket
+import termios
+import tty
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from turtlewire.errors import LinkClosedError, LinkError, PortBusyError, PortNotFoundError, UsageError
+from turtlewire.links import stream
+from turtlewire.links.port import Port
+from turtlewire.links.stream import StreamLink, open_port
+
+if TYPE_CHECKING:
+    from collections.abc import Coroutine, Iterator
+
+
+def run(main: Coroutine[Any, Any, None]) -> None:
+    """Run to the end; never for ever."""
+    asyncio.run(asyncio.wait_for(main, 20.0))
+
+
+@pytest.fixture
+def device() -> Iterator[tuple[int, str]]:
+    """A serial device, and the file descriptor at which its robot is."""
+    near, far = pty.openpty()
+    tty.setraw(far)
+    os.set_blocking(near, False)
+    yield near, os.ttyname(far)
+    os.close(far)
+    with contextlib.suppress(OSError):  # a test may have pulled the plug
+        os.close(near)
+
+
+async def heard(fd: int, size: int) -> bytes:
+    """What arrives at the robot, up to so many bytes."""
+    loop, data, more = asyncio.get_running_loop(), b"", asyncio.Event()
+    loop.add_reader(fd, more.set)
+    try:
+        while len(data) < size:
+            await more.wait()
+            more.clear()
+            with contextlib.suppress(BlockingIOError):
+                data += os.read(fd, size - len(data))
+    finally:
+        loop.remove_reader(fd)
+    return data
+
+
+async def read_all(link: StreamLink, size: int) -> bytes:
+    data = b""
+    while len(data) < size:
+        data += await link.read(math.inf)
+    return data
+
+
+# ---------------------------------------------------------------- serial devices
+
+
+def test_bytes_go_both_ways_over_a_device(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        assert link.in_background
+        link.write(b"F\x00\xc8\r")
+        assert await heard(near, 4) == b"F\x00\xc8\r"
+        os.write(near, b"QH\x00\x0a\r\x11\x13\x03")
+        assert await read_all(link, 8) == b"QH\x00\x0a\r\x11\x13\x03"
+        assert await link.read(link.now()) == b""
+        link.wake()
+        assert await link.read(link.now() - 1.0) == b""
+        await link.close()
+        for use in (link.write, link.write_urgent):
+            with pytest.raises(LinkClosedError):
+                use(b"x")
+        with pytest.raises(LinkClosedError, match="closed"):
+            await link.read(math.inf)
+        await link.close()
+
+    run(main())
+
+
+def test_wake_ends_a_read_that_waits(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        link = await open_port(f"serial://{device[1]}?baud=115200", baud=9600)
+        reading = asyncio.create_task(link.read(math.inf))
+        await asyncio.sleep(0)
+        link.wake()
+        assert await reading == b""
+        await link.close()
+
+    run(main())
+
+
+def test_w8_an_urgent_write_flushes_what_the_system_holds(
+    device: tuple[int, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flushed: list[tuple[int, int]] = []
+    real = termios.tcflush
+
+    def spy(fd: int, queue: int) -> None:
+        flushed.append((fd, queue))
+        real(fd, queue)
+
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        monkeypatch.setattr(termios, "tcflush", spy)
+        link.write_urgent(b"2\r ")
+        assert os.ttyname(flushed[0][0]) == path
+        assert flushed[0][1] == termios.TCOFLUSH
+        assert await heard(near, 3) == b"2\r "
+        monkeypatch.setattr(termios, "tcflush", fail_to_flush)
+        link.write_urgent(b"x")
+        assert await heard(near, 1) == b"x"
+        await link.close()
+
+    def fail_to_flush(fd: int, queue: int) -> None:
+        raise termios.error(errno.EIO, "gone")
+
+    run(main())
+
+
+def test_bytes_in_flight_at_close_arrive(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        link.write(bytes(range(200)))
+        await link.close()
+        assert await heard(near, 200) == bytes(range(200))
+
+    run(main())
+
+
+def test_a_device_has_one_host_at_a_time(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        link = await open_port(device[1], baud=9600)
+        with pytest.raises(PortBusyError, match="in use by another program"):
+            await open_port(device[1], baud=9600)
+        await link.close()
+        again = await open_port(device[1], baud=9600)
+        await again.close()
+
+    run(main())
+
+
+def test_a_device_that_vanishes_ends_the_link(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        os.write(near, b"last words")
+        assert await read_all(link, 10) == b"last words"
+        os.close(near)
+        with pytest.raises(LinkClosedError, match="still plugged in"):
+            await read_all(link, 1)
+        with pytest.raises(LinkClosedError):
+            link.write_urgent(b"x")
+        await link.close()
+
+    run(main())
+
+
+@pytest.mark.parametrize("path", ["/dev/null", "/etc/hostname", "/tmp"])
+def test_what_is_no_tty_is_refused(path: str) -> None:
+    async def main() -> None:
+        with pytest.raises(LinkError):
+            await open_port(path, baud=9600)
+
+    run(main())
+
+
+def test_a_port_that_is_not_there() -> None:
+    async def main() -> None:
+        with pytest.raises(PortNotFoundError, match="there is no port /dev/ttyNOWHERE"):
+            await open_port("/dev/ttyNOWHERE", baud=9600)
+
+    run(main())
+
+
+@pytest.mark.parametrize(
+    ("number", "kind", "text"),
+    [
+        (errno.EBUSY, PortBusyError, "in use"),
+        (errno.EAGAIN, PortBusyError, "in use"),
+        (errno.ENXIO, PortNotFoundError, "no port"),
+        (errno.ENODEV, PortNotFoundError, "no port"),
+        (errno.EACCES, LinkError, "dialout"),
+        (errno.EPERM, LinkError, "dialout"),
+        (errno.ENOTTY, LinkError, "no serial port"),
+        (errno.EIO, LinkError, "cannot open"),
+        (None, LinkError, "cannot open"),
+    ],
+)
+def test_what_the_system_says_is_explained(number: int | None, kind: type[LinkError], text: str) -> None:
+    error = OSError(number, os.strerror(number)) if number else OSError("strange")
+    explained = stream._explained("/dev/x", Port("serial", "/dev/x"), error)
+    assert type(explained) is kind
+    assert text in str(explained)
+
+
+# ---------------------------------------------------------------- sockets
+
+
+def test_bytes_go_both_ways_over_a_socket() -> None:
+    async def main() -> None:
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            server.settimeout(0.0)
+            link = await open_port(f"socket://127.0.0.1:{server.getsockname()[1]}", baud=9600)
+            loop = asyncio.get_running_loop()
+            robot, _ = await loop.sock_accept(server)
+            with robot:
+                robot.settimeout(0.0)
+                link.write(b"one")
+                link.write_urgent(b"two")
+                assert await loop.sock_recv(robot, 3) + await loop.sock_recv(robot, 9) == b"onetwo"
+                await loop.sock_sendall(robot, b"reply")
+                assert await read_all(link, 5) == b"reply"
+            with pytest.raises(LinkClosedError):
+                await read_all(link, 1)
+            await link.close()
+
+    run(main())
+
+
+def test_a_robot_that_floods_a_host_that_does_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "MAX_UNREAD_BYTES", 1000)
+
+    async def main() -> None:
+        link = StreamLink("x")
+        for _ in range(100):
+            link.data_received(bytes(100))
+        assert len(await link.read(math.inf)) == 1000
+        link.data_received(b"again")
+        assert await link.read(math.inf) == b"again"
+
+    run(main())
+
+
+def test_a_refused_connection_names_what_to_do() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        number = server.getsockname()[1]
+
+    async def main() -> None:
+        with pytest.raises(PortNotFoundError, match="start the robot or the simulator there first"):
+            await open_port(f"socket://127.0.0.1:{number}", baud=9600)
+
+    run(main())
+
+
+def test_an_address_that_does_not_answer_or_does_not_exist() -> None:
+    port = Port("socket", host="robot.invalid", number=1)
+    late = stream._explained("socket://robot.invalid:1", port, TimeoutError())
+    unknown = stream._explained("socket://robot.invalid:1", port, socket.gaierror(-2, "unknown"))
+    assert (type(late), type(unknown)) == (PortNotFoundError, PortNotFoundError)
+    assert "switched on" in str(late)
+    assert "unknown" in str(unknown)
+
+
+def test_what_is_no_port_is_a_usage_error() -> None:
+    async def main() -> None:
+        with pytest.raises(UsageError):
+            await open_port("nonsense", baud=9600)
+
+    run(main())
+
+
+# ---------------------------------------------------------------- a new pty
+
+
+def test_a_robot_comes_to_a_new_pty_and_leaves_and_comes_again() -> None:
+    async def main() -> None:
+        paths: list[str] = []
+        link = await open_port("pty", baud=9600, announce=paths.append)
+        for _ in range(2):
+            robot = os.open(paths[0], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            link.write(b"F\r\n\x03")
+            assert await heard(robot, 4) == b"F\r\n\x03"
+            os.write(robot, b"QH\r")
+            assert await read_all(link, 3) == b"QH\r"
+            os.close(robot)
+        await link.close()
+        await link.close()
+        with pytest.raises(LinkClosedError):
+            link.write(b"x")
+
+    run(main())
+
+
+def test_a_pty_whose_robot_does_not_read_never_blocks_and_loses_nothing() -> None:
+    async def main() -> None:
+        paths: list[str] = []
+        link = await open_port("pty:", baud=9600, announce=paths.append)
+        robot = os.open(paths[0], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        sent = bytes(range(256)) * 1024
+        link.write(sent)
+        assert await heard(robot, len(sent)) == sent
+        link.write(b"!")
+        assert await heard(robot, 1) == b"!"
+        os.close(robot)
+        await link.close()
+
+    run(main())
+
+
+def test_a_pty_that_fails_ends_the_link() -> None:
+    async def main() -> None:
+        for failing in ("_readable", "_writable"):
+            link = await open_port("pty", baud=9600)
+            transport: Any = link._transport
+            broken = os.open("/dev/null", os.O_RDONLY if failing == "_writable" else os.O_WRONLY)
+            near, transport._near = transport._near, broken
+            asyncio.get_running_loop().remove_reader(near)
+            transport._unsent += b"x"
+            getattr(transport, failing)()
+            os.close(near)
+            with pytest.raises(LinkClosedError):
+                await link.read(math.inf)
+            await link.close()
+
+    run(main())
+
+
+def test_nothing_to_read_is_no_end() -> None:
+    async def main() -> None:
+        link = await open_port("pty", baud=9600)
+        transport: Any = link._transport
+        transport._readable()
+        transport._unsent += bytes(1 << 17)
+        for _ in range(9):
+            transport._writable()  # until the system holds no more
+        assert transport._unsent
+        assert await link.read(link.now()) == b""
+        await link.close()
+
+    run(main())
+
+
+def test_a_system_without_ptys_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "pty", None)
+
+    async def main() -> None:
+        with pytest.raises(LinkError, match="no pty"):
+            await open_port("pty", baud=9600)
+
+    run(main())
+
+
+def test_a_link_that_was_never_opened() -> None:
+    async def main() -> None:
+        link = StreamLink("x")
+        with pytest.raises(LinkClosedError, match="not open"):
+            link.write(b"x")
+        await link.close()
+
+    run(main())
