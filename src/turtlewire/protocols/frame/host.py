@@ -2,9 +2,9 @@
 
 Sans-IO: time is an argument (seconds, any clock that does not go back), bytes go in and out as values. The rules:
 
-- There are no acknowledgements. Set-points are absolute, so the newest of a channel (an engine, a servo) wins: an older one
-  that has not gone out is forgotten. What waits goes out together, in as few frames as it takes (F9), as soon
-  as the line has carried what went before. Messages that are no set-points go out once each, in order.
+- There are no acknowledgements. Set-points are absolute, so the newest of a channel (an engine, a servo) wins: an
+  older one that has not gone out is forgotten. What waits goes out together, in as few frames as it takes (F9), as
+  soon as the line has carried what went before. Messages that are no set-points go out once each, in order.
 - The latest set-points may be repeated at a steady rate (F6), and an empty frame sent where nothing else was, to
   feed a watchdog (F7).
 - At connect, at an emergency stop and at exit a stop goes out that a robot hears whatever it was in the middle of
@@ -33,8 +33,8 @@ STOPS_HEARD = 2
 def stop_bytes(encoder: FrameEncoder) -> bytes:
     """A stop that is heard (F13): from any state of a receiver, all known engines end at 0.
 
-    A receiver that was left in the middle of a frame takes up to 127 bytes as its rest: stops are repeated until 128 bytes
-    and then two more have gone. A dialect whose ``stop`` messages do not fit one frame repeats all of them.
+    A receiver that was left in the middle of a frame takes up to 127 bytes as its rest: stops are repeated until 128
+    bytes and then two more have gone. A dialect whose stops do not fit one frame repeats all of them.
     """
     stops = encoder.dialect.stop_messages()
     out = bytearray()
@@ -57,7 +57,6 @@ class Host:
 
     Attributes:
         connected: between ``connect`` and ``exit``.
-        frames_sent: all of them, stops and heartbeats included.
     """
 
     def __init__(
@@ -79,7 +78,6 @@ class Host:
         self._byte_s = BITS_PER_BYTE / (baud or dialect.baud)
         self._encoder = FrameEncoder(dialect, TO_ROBOT)
         self._decoder = FrameDecoder(dialect, FROM_ROBOT, timeout_s)
-        self._frames = 0
         self._commands = 0
         # What waits, oldest first: a set-point by its channel and number, anything else by a number of its own.
         self._unsent: dict[tuple[str, float], bytes] = {}
@@ -94,8 +92,8 @@ class Host:
     def send(self, *messages: FrameMessage) -> None:
         """Have messages sent; those of one call go out together where they fit one frame (F9).
 
-        Raises ``MessageError`` for a field out of range (F4), a message that is not the robot's, ``UsageError`` while not
-        connected: nothing is sent then.
+        Raises ``MessageError`` for a field out of range (F4) or a message that does not go to robots, ``UsageError``
+        while not connected: nothing is sent then.
         """
         if not self.connected:
             raise UsageError("the host is not connected: what it is told to send would be forgotten")
@@ -121,6 +119,7 @@ class Host:
         self._unsent.clear()
         self._latest.clear()
         self._urgent = stop_bytes(self._encoder)
+        self._last_repeat = now
         self._sent(now, len(self._urgent))
 
     def exit(self, now: float) -> None:
@@ -160,8 +159,6 @@ class Host:
                 break
             payload += data
             del self._unsent[key]
-        if not payload and self._heartbeat_s == math.inf:
-            return b""
         frame = self._encoder.frame(payload)
         self._sent(now, len(frame))
         return frame
