@@ -13,7 +13,7 @@ import math
 import re
 from itertools import pairwise
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 from turtlewire.errors import DataError
 from turtlewire.simulator.world import TOUCH_MM, Disc, Wall, World
@@ -60,8 +60,8 @@ def read_svg(text: str, path: str) -> World:
     Raises ``DataError``, with the element, for what is no SVG or cannot be a wall.
     """
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+        root = ET.fromstring(text)
+    except ET.ParseError as error:
         raise DataError(f"{path}: this is no valid SVG: {error}") from None
     if _tag(root) != "svg":
         raise DataError(f"{path}: this is no SVG: its outermost element is {_tag(root)!r}")
@@ -70,7 +70,7 @@ def read_svg(text: str, path: str) -> World:
     return World(tuple(drawing.walls), drawing.start, tuple(drawing.discs))
 
 
-def _tag(element: ElementTree.Element) -> str:
+def _tag(element: ET.Element) -> str:
     return element.tag.rpartition("}")[2]
 
 
@@ -85,11 +85,11 @@ class _Drawing:
         self._numbers: dict[str, int] = {}
         self._where = "svg"
 
-    def read(self, root: ElementTree.Element) -> None:
+    def read(self, root: ET.Element) -> None:
         """Take the whole drawing."""
         self._children(root, self._size(root))
 
-    def _size(self, root: ElementTree.Element) -> Transform:
+    def _size(self, root: ET.Element) -> Transform:
         """Millimetres for each user unit, and y up."""
         box = self._list(root.get("viewBox", ""), "viewBox")
         matched = LENGTH.fullmatch(root.get("width", ""))
@@ -102,12 +102,12 @@ class _Drawing:
             raise self._wrong(f"its width is {root.get('width')!r}, but must be above 0")
         return Transform(a=each, d=-each)
 
-    def _children(self, element: ElementTree.Element, outer: Transform) -> None:
+    def _children(self, element: ET.Element, outer: Transform) -> None:
         for child in element:
             if isinstance(child.tag, str):  # neither comment nor processing instruction
                 self._element(child, outer)
 
-    def _element(self, element: ElementTree.Element, outer: Transform) -> None:
+    def _element(self, element: ET.Element, outer: Transform) -> None:
         tag = _tag(element)
         if tag in PASSED_OVER or element.get("display") == "none":
             return
@@ -128,7 +128,7 @@ class _Drawing:
             for polyline in self._polylines(element, tag):
                 self._add([self._checked(transform.apply(point)) for point in polyline])
 
-    def _polylines(self, element: ElementTree.Element, tag: str) -> list[list[Point]]:
+    def _polylines(self, element: ET.Element, tag: str) -> list[list[Point]]:
         match tag:
             case "line":
                 return [self._line(element)]
@@ -150,11 +150,11 @@ class _Drawing:
         known = "line, polyline, polygon, rect, circle, path and g"
         raise self._wrong(f"a {tag} cannot be a wall; what can: {known}")
 
-    def _line(self, element: ElementTree.Element) -> list[Point]:
+    def _line(self, element: ET.Element) -> list[Point]:
         x1, y1, x2, y2 = (self._number(element, name) for name in ("x1", "y1", "x2", "y2"))
         return [(x1, y1), (x2, y2)]
 
-    def _circle(self, element: ElementTree.Element, transform: Transform, *, is_start: bool) -> None:
+    def _circle(self, element: ET.Element, transform: Transform, *, is_start: bool) -> None:
         middle = (self._number(element, "cx"), self._number(element, "cy"))
         x, y = self._checked(transform.apply(middle))
         if is_start:
@@ -255,7 +255,7 @@ class _Drawing:
             if math.dist(one, other) >= TOUCH_MM:  # programs close what is closed already
                 self.walls.append(Wall(*one, *other))
 
-    def _number(self, element: ElementTree.Element, name: str) -> float:
+    def _number(self, element: ET.Element, name: str) -> float:
         text = element.get(name, "0")
         matched = LENGTH.fullmatch(text)
         if matched is None or matched[2] not in ("", "px"):

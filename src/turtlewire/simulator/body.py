@@ -100,7 +100,7 @@ class Body(ABC, Generic[S_co]):
 
     def next_event(self) -> float:
         """When something happens next by itself, in seconds of the robot's time; infinite: nothing will."""
-        return min(self._to_host.next_s, min(robot.due_s() for robot in self.company))
+        return min(self._to_host.next_s, *(robot.due_s() for robot in self.company))
 
     def _set_time(self, now: float) -> None:
         for robot in self.company:

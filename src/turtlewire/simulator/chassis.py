@@ -101,13 +101,22 @@ class Chassis:
         """What the wheels make of what they are told to do in one motion."""
         if self.is_ideal:
             return Travel(wanted, wanted)
-        turned = Wheels(self._turned(wanted.left_mm), self._turned(wanted.right_mm))
-        return Travel(turned, Wheels(self._gripped(turned.left_mm), self._gripped(turned.right_mm)))
+        turned, grip = self.turned(wanted), self.grip()
+        return Travel(turned, Wheels(turned.left_mm * grip[0], turned.right_mm * grip[1]))
+
+    def turned(self, wanted: Wheels) -> Wheels:
+        """How far the wheels turn when they are told to: noise."""
+        if not self.noise_mm:
+            return wanted
+        return Wheels(self._turned(wanted.left_mm), self._turned(wanted.right_mm))
+
+    def grip(self) -> tuple[float, float]:
+        """The part of its travel that each wheel, left and right, makes on the ground: slip."""
+        if not self.slip:
+            return 1.0, 1.0
+        return 1.0 - self.slip * self._random.random(), 1.0 - self.slip * self._random.random()
 
     def _turned(self, wanted_mm: float) -> float:
         spread = self.noise_mm * math.sqrt(abs(wanted_mm) / 1000.0)
         turned = wanted_mm + spread * self._random.gauss(0.0, 1.0)
         return turned if turned * wanted_mm > 0.0 else 0.0  # a motor may miss a step, not turn the other way
-
-    def _gripped(self, turned_mm: float) -> float:
-        return turned_mm * (1.0 - self.slip * self._random.random())

@@ -100,12 +100,6 @@ class Servo:
         """How long until it gets there."""
         return abs(self.target - self.angle) / self.rate
 
-    def until(self, angle: float) -> float:
-        """How long until it passes an angle on its way, or gets there; infinite: it does not."""
-        if self.is_settled or not min(self.angle, self.target) < angle <= max(self.angle, self.target):
-            return math.inf
-        return abs(angle - self.angle) / self.rate
-
     def at(self, seconds: float) -> float:
         """Its angle after some more time."""
         if seconds >= self.needs_s:
@@ -139,4 +133,9 @@ class Battery:
         """Draw this part, 0..1, of full power from now on; return what is left of the speed, ``1 - sag``..1."""
         self._used_s += self._power * (now - self._since)
         self._power, self._since = power, now
-        return 1.0 - self.sag * min(1.0, self._used_s / self._full_power_s)
+        return self.level(now)
+
+    def level(self, now: float) -> float:
+        """What is left of the speed now, ``1 - sag``..1."""
+        used_s = self._used_s + self._power * (now - self._since)
+        return 1.0 - self.sag * min(1.0, used_s / self._full_power_s)
