@@ -51,6 +51,10 @@ class Codec(ABC):
         """The message of a text form, ``forward distance_half_mm=200``. Raises ``MessageError``."""
         return parse(text, self._all_types())
 
+    def names(self) -> frozenset[str]:
+        """What a text form may begin with."""
+        return frozenset(message_type.name() for message_type in self._all_types())
+
     def to_json(self, message: AnyMessage) -> dict[str, object]:
         """The message's JSON form: its name and its fields."""
         return {"name": message.name(), "fields": {f.name: getattr(message, f.name) for f in message.FIELDS}}
@@ -267,6 +271,10 @@ class Frame(Codec):
         refused = tuple(super(Frame, self).parse(p[8:]) for p in rest if p.startswith("refused "))
         messages = [super(Frame, self).parse(p) for p in rest if not p.startswith("refused ")]
         return Packet(int(number) if number else None, tuple(messages), refused)
+
+    def names(self) -> frozenset[str]:
+        """Messages, and frame."""
+        return super().names() | {Packet.name()}
 
     def to_json(self, message: AnyMessage) -> dict[str, object]:
         """A packet's fields are its number and its messages."""
