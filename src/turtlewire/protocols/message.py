@@ -108,11 +108,15 @@ class RealField(NamedTuple):
         return f"{value:.9g}"
 
     def read(self, text: str) -> float:
-        """The value of a text form. Raises ``ValueError`` with what is wrong."""
+        """The value of a text form, rounded as the wire rounds it. Raises ``ValueError`` with what is wrong."""
         try:
-            return float(text)
+            value = float(text)
         except ValueError:
             raise ValueError(f"{text!r} is not a number") from None
+        try:
+            return nearest_f32(value)
+        except OverflowError:
+            return value  # for ``fits`` to refuse
 
 
 AnyField = Field | RealField

@@ -1,0 +1,269 @@
+"""What holds of frame for all bytes, all chunkings, all dialects."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from turtlewire.protocols.checksums import CATALOGUE, Coverage
+from turtlewire.protocols.frame.codec import Frame, FrameDecoder, FrameEncoder, Item, frame_bytes
+from turtlewire.protocols.frame.description import (
+    AmbiguousDescription,
+    Description,
+    MessageDescription,
+)
+from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT, Dialect, shipped
+from turtlewire.protocols.frame.message import MAX_FRAME, MAX_PAYLOAD, FrameMessage
+from turtlewire.protocols.message import KINDS, AnyField, Field, RealField, parse
+
+DIALECTS = [shipped("0.1"), shipped("0.1-literal"), shipped("telemetry")]
+
+dialects = st.builds(
+    lambda dialect, crc, coverage: dialect.configured(crc=crc, coverage=coverage),
+    st.sampled_from(DIALECTS),
+    st.sampled_from(sorted(CATALOGUE)),
+    st.sampled_from([coverage.value for coverage in Coverage]),
+)
+directions = st.sampled_from([TO_ROBOT, FROM_ROBOT])
+
+
+def field_values(field: AnyField, high: float) -> st.SearchStrategy[Any]:
+    if isinstance(field, RealField):
+        return st.floats(field.low, field.high, width=32)
+    if field.choices:
+        return st.sampled_from([number for _, number in field.choices])
+    if field.kind == "bool":
+        return st.booleans()
+    return st.integers(field.low, int(high))
+
+
+@st.composite
+def messages(draw: st.DrawFn, dialect: Dialect, direction: str) -> FrameMessage:
+    """One that may be sent; a direction without any has none."""
+    entries = [entry for entry in dialect.entries if entry.is_sent and entry.goes(direction)]
+    entry = draw(st.sampled_from(entries))
+    values = [draw(field_values(field, dialect.high(entry, field))) for field in entry.message_type.FIELDS]
+    return entry.message_type(*values)
+
+
+# Bytes that mean something are likelier than chance would have them: magics, small sizes, types.
+telling_bytes = st.lists(st.sampled_from([0xA3, 0, 1, 2, 3, 6, 0x10, 0x11, 124, 125]) | st.integers(0, 255))
+
+
+@st.composite
+def streams(draw: st.DrawFn, dialect: Dialect) -> bytes:
+    """Frames with right CRCs around any payload, in order or not, between noise, damaged here and there."""
+    out = bytearray()
+    seq = draw(st.integers(0, 255))
+    payloads = telling_bytes.map(lambda values: bytes(values)[:MAX_PAYLOAD])
+    for _ in range(draw(st.integers(0, 6))):
+        out += bytes(draw(st.just([]) | telling_bytes))
+        payload = draw(payloads)
+        for _ in range(draw(st.sampled_from([1, 1, 2, 12, 40]))):
+            out += frame_bytes(dialect, seq, payload)
+            seq = (seq + draw(st.sampled_from([1, 1, 1, 1, 1, 1, 0, 2]))) % 256
+    for place in draw(st.lists(st.integers(0, max(0, len(out) - 1)), max_size=4 if out else 0)):
+        out[place] = draw(st.integers(0, 255))
+    return bytes(out[: draw(st.integers(0, len(out)))] if draw(st.booleans()) else out)
+
+
+def cut(data: bytes, points: list[int]) -> list[bytes]:
+    ends = [0, *sorted(min(point, len(data)) for point in points), len(data)]
+    return [data[start:end] for start, end in pairwise(ends)]
+
+
+def shown(items: list[Item]) -> list[str]:
+    """Items as text: NaN equals itself there."""
+    return [repr(item) for item in items]
+
+
+@settings(deadline=None)
+@given(st.data(), dialects, directions, st.lists(st.integers(0, 1500), max_size=12))
+def test_every_chunking_gives_the_same_items(
+    data: st.DataObject, dialect: Dialect, direction: str, points: list[int]
+) -> None:
+    stream = data.draw(streams(dialect))
+    whole, chunked, single = (FrameDecoder(dialect, direction) for _ in range(3))
+    items = shown(whole.receive_data(stream))
+    assert shown([i for chunk in cut(stream, points) for i in chunked.receive_data(chunk)]) == items
+    assert shown([i for byte in stream for i in single.receive_data(bytes([byte]))]) == items
+    assert whole.statistics == chunked.statistics == single.statistics
+    assert whole.pending == chunked.pending == single.pending < MAX_FRAME
+    assert shown(whole.end()) == shown(single.end())
+
+
+def plain_decoder(dialect: Dialect, direction: str, data: bytes) -> tuple[list[tuple[int, bytes]], int]:
+    """The frames with a right CRC that a receiver takes, and what is left: F5 said as plainly as it can be."""
+    taken, at = [], 0
+    while at < len(data):
+        if data[at] == 0xA3:
+            if at + 2 >= len(data):
+                break
+            end = at + data[at + 2] + 4
+            if data[at + 2] <= 124:
+                if end > len(data):
+                    break
+                raw = data[at:end]
+                if dialect.checksum.algorithm.crc(raw[dialect.checksum.coverage.first : -1]) == raw[-1]:
+                    taken.append((at, raw))
+                    at = end
+                    continue
+        at += 1
+    return taken, len(data) - at
+
+
+@settings(deadline=None)
+@given(st.data(), dialects, directions)
+def test_it_takes_what_a_plain_receiver_takes(data: st.DataObject, dialect: Dialect, direction: str) -> None:
+    stream = data.draw(streams(dialect))
+    decoder = FrameDecoder(dialect, direction)
+    items = decoder.receive_data(stream)
+    ignored = ("unknown type", "cut short")
+    taken = [
+        (item.offset, item.raw)
+        for item in items
+        if isinstance(item, Frame) or any(words in item.reason for words in ignored)
+    ]
+    stats = decoder.statistics
+    assert (taken, decoder.pending) == plain_decoder(dialect, direction, stream)
+    # Every byte belongs to a frame, is pending or was skipped.
+    assert sum(len(raw) for _, raw in taken) + stats.skipped_bytes + decoder.pending == len(stream)
+    frames = [item for item in items if isinstance(item, Frame)]
+    assert stats.frames == len(frames)
+    assert stats.messages == sum(len(frame.messages) for frame in frames)
+    assert sum(stats.refused.values()) == sum(len(frame.refused) for frame in frames)
+    assert stats.unknown_type + stats.inconsistent == len(taken) - len(frames)
+    assert stats.wrong_crc == sum("CRC" in item.reason for item in items if not isinstance(item, Frame))
+    assert stats.oversized == sum("above" in item.reason for item in items if not isinstance(item, Frame))
+
+
+@settings(deadline=None)
+@given(st.data(), dialects, directions)
+def test_every_frame_says_what_its_bytes_say(data: st.DataObject, dialect: Dialect, direction: str) -> None:
+    stream = data.draw(streams(dialect))
+    due = None
+    entries = {e.type: e for e in dialect.entries if e.is_decoded and e.goes(direction)}
+    for item in FrameDecoder(dialect, direction).receive_data(stream):
+        if isinstance(item, Frame):
+            assert stream[item.offset : item.offset + len(item.raw)] == item.raw
+            follows = due in (None, item.seq)
+            assert (item.order == "") == follows
+            assert item.lost == (0 if item.order != "gap" else (item.seq - (due or 0)) % 256)
+            left, kept, refused = item.raw[3:-1], list(item.messages), list(item.refused)
+            while left:
+                entry = entries[left[0]]
+                size = entry.layout.size
+                message = entry.message_type(*entry.layout.unpack(left[:size])[1:])
+                left = left[size:]
+                fits = all(
+                    field.fits(value) and value <= dialect.high(entry, field)
+                    for field, value in zip(message.FIELDS, message.values(), strict=True)
+                )
+                assert repr(message) == repr((kept if fits else refused).pop(0))
+            assert not kept
+            assert not refused
+            due = (item.seq + 1) % 256
+        elif "cut" in item.reason or "type" in item.reason:
+            due = (item.raw[1] + 1) % 256
+
+
+@settings(deadline=None)
+@given(st.data(), dialects, st.integers(0, 255), st.booleans())
+def test_messages_come_back_from_their_frames(
+    data: st.DataObject, dialect: Dialect, seq: int, to_robot: bool
+) -> None:
+    direction = TO_ROBOT if to_robot or dialect.name != "telemetry" else FROM_ROBOT
+    sent = data.draw(st.lists(messages(dialect, direction), max_size=60))
+    frames = FrameEncoder(dialect, direction, seq).encode(sent)
+    decoder = FrameDecoder(dialect, direction)
+    received = decoder.receive_data(b"".join(frames))
+    assert [item.raw for item in received] == frames
+    assert all(len(frame) <= MAX_FRAME for frame in frames)
+    got = [message for item in received if isinstance(item, Frame) for message in item.messages]
+    if dialect.name == "0.1-literal":
+        assert [m.values() for m in got] == [m.values() for m in sent]
+        assert not {type(m).__name__ for m in got} & {"EngineForward", "EngineBackward"}
+    else:
+        assert got == sent
+    # As few frames as it takes: no message would have fitted the frame before (F9).
+    for one, other in pairwise(frames):
+        first = next(e.layout.size for e in dialect.entries if e.type == other[3] and e.goes(direction))
+        assert len(one) - 4 + first > MAX_PAYLOAD
+
+
+@given(st.data(), st.sampled_from(DIALECTS))
+def test_messages_come_back_from_their_text(data: st.DataObject, dialect: Dialect) -> None:
+    message = data.draw(messages(dialect, TO_ROBOT))
+    again = dialect.parse(str(message))
+    assert again == message
+    assert parse(str(message), dialect.types) == message
+
+
+# ------------------------------------------------------------------------------------------------ any dialect
+
+kinds = st.sampled_from([kind for kind in KINDS if kind != "bit"])
+
+
+@st.composite
+def fields(draw: st.DrawFn, name: str) -> AnyField:
+    kind = draw(kinds)
+    if kind == "f32":
+        ends = draw(
+            st.lists(st.floats(width=32, allow_nan=False, allow_infinity=False), min_size=2, max_size=2)
+        )
+        return RealField(name, kind, min(ends), max(ends), "unit")
+    size, signed = KINDS[kind]
+    top = 1 if kind == "bool" else (1 << (8 * size - signed)) - 1
+    bottom = -top - 1 if signed else 0
+    if kind == "bool":
+        return Field(name, kind, 0, 1, "unit")
+    if draw(st.booleans()):
+        numbers = draw(st.lists(st.integers(bottom, top), min_size=1, max_size=4, unique=True))
+        return Field(name, kind, bottom, top, "unit", tuple((f"choice{n}", n) for n in numbers))
+    low, high = sorted([draw(st.integers(bottom, top)), draw(st.integers(bottom, top))])
+    return Field(name, kind, low, high, "unit")
+
+
+@st.composite
+def any_dialect(draw: st.DrawFn) -> Dialect:
+    types = draw(st.lists(st.integers(0, 255), min_size=1, max_size=6, unique=True))
+    described = []
+    for number in types:
+        made = tuple(draw(fields(f"field{n}")) for n in range(draw(st.integers(0, 5))))
+        described.append(MessageDescription(f"M{number}", number, TO_ROBOT, "Doc.", "", None, made, "", ""))
+    ambiguous: tuple[AmbiguousDescription, ...] = ()
+    crc = draw(st.sampled_from(sorted(CATALOGUE)))
+    coverage = draw(st.sampled_from(list(Coverage))).value
+    return Dialect(Description("any", "Any", 9600, crc, coverage, {}, {}, tuple(described), ambiguous))
+
+
+@settings(deadline=None)
+@given(st.data(), any_dialect())
+def test_any_dialect_encodes_and_decodes_its_messages(data: st.DataObject, dialect: Dialect) -> None:
+    sent = data.draw(st.lists(messages(dialect, TO_ROBOT), max_size=30))
+    decoder = FrameDecoder(dialect)
+    received = decoder.receive_data(b"".join(FrameEncoder(dialect).encode(sent)))
+    assert [message for item in received if isinstance(item, Frame) for message in item.messages] == sent
+    assert sum(decoder.statistics.refused.values()) == 0
+    for message in sent:
+        assert dialect.parse(str(message)) == message
+
+
+@settings(deadline=None)
+@given(st.data(), any_dialect())
+def test_of_any_dialect_a_message_is_carried_out_or_refused_as_check_says(
+    data: st.DataObject, dialect: Dialect
+) -> None:
+    entry = data.draw(st.sampled_from(dialect.entries))
+    size = entry.layout.size
+    payload = bytes([entry.type]) + data.draw(st.binary(min_size=size - 1, max_size=size - 1))
+    copies = data.draw(st.sampled_from([1, 30]))  # alone, and in a run
+    stream = b"".join(frame_bytes(dialect, seq, payload) for seq in range(copies))
+    for item in FrameDecoder(dialect).receive_data(stream):
+        assert isinstance(item, Frame)
+        (message,) = item.messages + item.refused
+        fits = all(f.fits(v) for f, v in zip(message.FIELDS, message.values(), strict=True))
+        assert bool(item.messages) == fits
