@@ -23,8 +23,8 @@ class Drive(ABC):
 
         Args:
             speed: -1 (full speed backwards) to 1 (full speed ahead).
-            turn: -1 (fully to the left) to 1 (fully to the right). What that is, depends on the robot: steered wheels, a
-                turn on the spot.
+            turn: -1 (fully to the left) to 1 (fully to the right). What that is depends on the robot: steered wheels,
+                or a turn on the spot.
             valid_s: the robot is stopped when no newer set-point has come for so long; None: it goes on.
 
         Raises ``MessageError`` for a number outside, ``LinkError`` and ``RobotError``.
