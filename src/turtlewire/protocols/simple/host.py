@@ -290,7 +290,7 @@ class Host:
         self._due = max(self._flights[0].due, self._line.reply_due(now)) if self._flights else math.inf
 
     def _too_many(self, now: float) -> None:
-        self._surplus = self._surplus + 1 if now < self._in_step_since + SETTLED_S else 1
+        self._surplus = self._surplus + 1 if now < self._in_step_since + SETTLED_S else 0
         if self._surplus > self._retries:
             self._die("the robot answers more than it was asked, again and again")
         else:
