@@ -191,7 +191,9 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
 
     @property
     def _malformed(self) -> int:
-        return self._end.statistics.ignored
+        seen = self._end.statistics
+        ignored = seen.oversized + seen.wrong_crc + seen.incomplete + seen.unknown_type + seen.inconsistent
+        return ignored + sum(seen.refused.values())
 
     # Time
 

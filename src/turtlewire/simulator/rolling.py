@@ -50,7 +50,7 @@ class Drivetrain(Protocol):
 class RollingStatistics(NamedTuple):
     """What a robot has done since power-on.
 
-    ``commands`` counts messages carried out, ``malformed`` what was answered by ``F`` or ignored, ``lost_bytes`` what
+    ``commands`` counts messages carried out, ``malformed`` what was not carried out, ``lost_bytes`` what
     came during the boot, ``bumps`` how often it ran into something; ``distance_mm`` and ``turned_deg`` are by its
     wheels.
     """
@@ -70,7 +70,7 @@ class RollingBody(Body[S_co]):
     """A robot that rolls as its drivetrain says. It is solid: what it runs into holds it until it drives away.
 
     Attributes:
-        bumper: the side on which it presses into something, ``"front"``, ``"back"``, ``"left"`` or ``"right"``; or None.
+        bumper: the side that presses into something, ``"front"``, ``"back"``, ``"left"`` or ``"right"``; or None.
     """
 
     def __init__(self, settings: S_co, drivetrain: Drivetrain) -> None:

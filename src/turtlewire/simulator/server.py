@@ -1,4 +1,4 @@
-"""A simulated robot behind a real port: a pseudo-terminal or a TCP socket, at the pace of the clock on the wall."""
+"""Simulated robots behind real ports: pseudo-terminals or TCP sockets, at the pace of the clock on the wall."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from urllib.parse import urlsplit
 from turtlewire.errors import LinkError, PortBusyError, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 # What a serial adapter holds. What is beyond stays with the host, which can still take it back.
 ADAPTER_BYTES = 64
 # A host that does not read: what is beyond this is dropped, as on a real line.
 MAX_UNREAD_BYTES = 1 << 16
+PTY = ("pty", "pty:")
+MAX_PORT = 65535
 LISTEN_FORMS = "pty, or socket://host:port (port 0: any that is free)"
 
 
 class ServedRobot(Protocol):
-    """What a robot must be like to be served; ``SimulatedWalter`` is."""
+    """What a robot must be like to be served; every simulated robot is."""
 
     now: float
 
@@ -63,73 +65,97 @@ async def serve(
     ready: Callable[[str], None] = lambda _: None,
     stopped: asyncio.Event | None = None,
 ) -> None:
-    """Serve one robot to one host at a time, until ``stopped`` is set or the task is cancelled.
+    """Serve one robot to one host at a time: ``serve_all`` for one, whose ``ready`` gets its only URL."""
+    await serve_all([robot], listen, speed=speed, ready=lambda urls: ready(urls[0]), stopped=stopped)
+
+
+async def serve_all(
+    robots: Sequence[ServedRobot],
+    listen: str | Sequence[str] = "pty",
+    *,
+    speed: float = 1.0,
+    ready: Callable[[list[str]], None] = lambda _: None,
+    stopped: asyncio.Event | None = None,
+) -> None:
+    """Serve robots, each to one host at a time, until ``stopped`` is set or the task is cancelled.
 
     Args:
-        robot: its time goes on whether or not a host is there. A host that leaves stops nothing, as with a real robot.
-        listen: ``pty``, or ``socket://host:port``, where port 0 is any free one.
-        speed: seconds of the robot's time for each second on the wall.
-        ready: called once with the URL for the host: the path of the pty, or ``socket://127.0.0.1:40123``.
+        robots: any number, of any kinds; in one world (``company.share_world``) or each in its own. Their time goes on
+            whether or not a host is there. A host that leaves stops nothing, as with a real robot.
+        listen: where: ``pty``, or ``socket://host:port``, where port 0 is any free one. One for each robot, or one for
+            all: then each of them gets a pty of its own, or ports that follow one another.
+        speed: seconds of the robots' time for each second on the wall.
+        ready: called once with the URLs for the hosts, in the robots' order: the path of a pty, or
+            ``socket://127.0.0.1:40123``.
         stopped: ends serving.
 
-    Raises ``UsageError`` for a port or speed that means nothing, ``PortBusyError`` or ``LinkError`` if the port cannot
-    be had.
+    Raises ``UsageError`` for a port or speed that means nothing, ``PortBusyError`` or ``LinkError`` if a port cannot
+    be had; then none is served.
     """
     if not 0.0 < speed < math.inf:
         raise UsageError(f"the speed of a simulator is {speed!r}, but must be a number above 0")
-    pump = _Pump(robot, speed)
-    if listen in ("pty", "pty:"):
-        pty_port = _PtyPort(pump)
-        port: _Port = pty_port
-        url = pty_port.path
-    else:
-        socket_port = _SocketPort(pump)
-        port = socket_port
-        url = await socket_port.open(*_address(listen))
+    wheres = _ports_for(len(robots), listen)
+    pump = _Pump(speed)
     try:
-        ready(url)
-        await pump.run(port, stopped or asyncio.Event())
+        urls = [await pump.open(robot, where) for robot, where in zip(robots, wheres, strict=True)]
+        ready(urls)
+        await pump.run(stopped or asyncio.Event())
     finally:
-        port.close()
+        pump.close()
         await asyncio.sleep(0)  # asyncio closes sockets in its next round
 
 
-class _Pump:
-    """Lets the robot's time follow the wall's, and carries the bytes."""
+def _ports_for(count: int, listen: str | Sequence[str]) -> list[str]:
+    if not count:
+        raise UsageError("there is no robot to serve")
+    if not isinstance(listen, str):
+        if len(listen) != count:
+            raise UsageError(f"there are {count} robots, but {len(listen)} ports to serve them at")
+        return list(listen)
+    if listen in PTY:
+        return [listen] * count
+    host, number = _address(listen)
+    if number and number + count - 1 > MAX_PORT:
+        raise UsageError(f"{listen}: from there on there are no {count} ports")
+    shown = f"[{host}]" if ":" in host else host
+    return [f"socket://{shown}:{number + i if number else 0}" for i in range(count)]
 
-    def __init__(self, robot: ServedRobot, speed: float) -> None:
-        self._robot = robot
-        self._speed = speed
+
+class _Wire:
+    """One robot, its port, and what its host has sent and the robot's adapter has no room for."""
+
+    def __init__(self, robot: ServedRobot, wake: Callable[[], None]) -> None:
+        self.robot = robot
+        self._wake = wake
         self._inbox = bytearray()
-        self._wake = asyncio.Event()
+        self.port: _Port | None = None
+        self._start_s = robot.now
+
+    async def open(self, listen: str) -> str:
+        """Make its port; return its URL."""
+        if listen in PTY:
+            pty_port = _PtyPort(self)
+            self.port = pty_port
+            return pty_port.path
+        address = _address(listen)
+        socket_port = _SocketPort(self)
+        self.port = socket_port
+        return await socket_port.open(*address)
 
     def received(self, data: bytes) -> None:
         """The host sent bytes."""
         self._inbox += data
-        self._wake.set()
+        self._wake()
 
-    async def run(self, port: _Port, stopped: asyncio.Event) -> None:
-        """Go on until stopped; sleep whenever nothing happens."""
-        loop = asyncio.get_running_loop()
-        wall_s, robot_s = loop.time(), self._robot.now
-        waiting = asyncio.ensure_future(stopped.wait())
-        waiting.add_done_callback(lambda _: self._wake.set())
-        try:
-            while not stopped.is_set():
-                self._wake.clear()
-                self._advance(port, robot_s + (loop.time() - wall_s) * self._speed)
-                at = self._robot.next_event()
-                alarm = None
-                if at < math.inf:
-                    alarm = loop.call_at(wall_s + (at - robot_s) / self._speed, self._wake.set)
-                await self._wake.wait()
-                if alarm is not None:
-                    alarm.cancel()
-        finally:
-            waiting.cancel()
+    def next_event(self) -> float:
+        """When something happens next, in seconds since it is served."""
+        return self.robot.next_event() - self._start_s
 
-    def _advance(self, port: _Port, now: float) -> None:
-        robot = self._robot
+    def advance(self, elapsed_s: float) -> None:
+        """Let the robot's time pass; give its host what has come, its adapter what it has room for."""
+        robot, port = self.robot, self.port
+        assert port is not None
+        now = self._start_s + elapsed_s
         replies = bytearray()
         while True:
             replies += robot.read(now)
@@ -148,10 +174,53 @@ class _Pump:
             port.listen(on=True)
 
 
+class _Pump:
+    """Lets the robots' time follow the wall's, and carries the bytes."""
+
+    def __init__(self, speed: float) -> None:
+        self._speed = speed
+        self._wires: list[_Wire] = []
+        self._wake = asyncio.Event()
+
+    async def open(self, robot: ServedRobot, listen: str) -> str:
+        """Open the port of one robot more; return its URL."""
+        wire = _Wire(robot, self._wake.set)
+        self._wires.append(wire)
+        return await wire.open(listen)
+
+    async def run(self, stopped: asyncio.Event) -> None:
+        """Go on until stopped; sleep whenever nothing happens."""
+        loop = asyncio.get_running_loop()
+        wall_s = loop.time()
+        waiting = asyncio.ensure_future(stopped.wait())
+        waiting.add_done_callback(lambda _: self._wake.set())
+        try:
+            while not stopped.is_set():
+                self._wake.clear()
+                elapsed_s = (loop.time() - wall_s) * self._speed
+                for wire in self._wires:
+                    wire.advance(elapsed_s)
+                at = min(wire.next_event() for wire in self._wires)
+                alarm = None
+                if at < math.inf:
+                    alarm = loop.call_at(wall_s + at / self._speed, self._wake.set)
+                await self._wake.wait()
+                if alarm is not None:
+                    alarm.cancel()
+        finally:
+            waiting.cancel()
+
+    def close(self) -> None:
+        """Let go of all ports."""
+        for wire in self._wires:
+            if wire.port is not None:
+                wire.port.close()
+
+
 class _PtyPort:
     """The near end of a new pseudo-terminal; ``path`` is the end for the host."""
 
-    def __init__(self, pump: _Pump) -> None:
+    def __init__(self, wire: _Wire) -> None:
         try:
             import tty  # Windows has none
         except ImportError:
@@ -166,7 +235,7 @@ class _PtyPort:
         tty.setraw(self._host_fd)
         os.set_blocking(self._fd, False)
         self.path = os.ttyname(self._host_fd)
-        self._pump = pump
+        self._wire = wire
         self._listening = False
 
     def send(self, data: bytes) -> None:
@@ -183,7 +252,7 @@ class _PtyPort:
         self._listening = on
 
     def _receive(self) -> None:
-        self._pump.received(os.read(self._fd, ADAPTER_BYTES))
+        self._wire.received(os.read(self._fd, ADAPTER_BYTES))
 
     def close(self) -> None:
         self.listen(on=False)
@@ -194,8 +263,8 @@ class _PtyPort:
 class _SocketPort:
     """A TCP server for one host at a time."""
 
-    def __init__(self, pump: _Pump) -> None:
-        self.pump = pump
+    def __init__(self, wire: _Wire) -> None:
+        self.wire = wire
         self.host: asyncio.Transport | None = None
         self._server: asyncio.Server | None = None
         self._listening = False
@@ -268,7 +337,7 @@ class _Host(asyncio.Protocol):
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
 
     def data_received(self, data: bytes) -> None:
-        self._port.pump.received(data)
+        self._port.wire.received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's signature
         if self._transport is not None:
