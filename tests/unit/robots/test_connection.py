@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from turtlewire.simulator.walter import SimulatedWalter
     from turtlewire.turtle import Turtle
 
+    Settle = Callable[[SimulatedWalter, float], Pose]
+
 STOP, ATTENTION = m.EMERGENCY_STOP, m.ATTENTION
 SUBSETS = [frozenset(s) for n in range(5) for s in itertools.combinations("CQHE", n)]
 
@@ -795,5 +797,10 @@ def test_the_loss_of_the_last_reference_stops(bench: MakeBench) -> None:
     assert made.wire.bytes_sent.endswith(STOP)
 
 
-if TYPE_CHECKING:
-    Settle = Callable[[SimulatedWalter, float], Pose]
+def test_a_robot_that_is_moved_each_time_it_has_arrived_is_given_up(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.forward(20)
+    # Somebody pushes it whenever it is asked for its pen.
+    made.wire.to_robot = lambda data: data.replace(b"QP\r", encode(m.Forward(61)) + b"QP\r")
+    with pytest.raises(PoseUncertainError, match="each time it is asked"):
+        made.turtle.finish()
