@@ -98,8 +98,8 @@ class CarDrivetrain:
 
     def __init__(self, settings: CarSettings) -> None:
         self.settings = settings
-        self.drive = 0
-        self.steer = 0
+        self.drive: float = 0
+        self.steer: float = 0
         self.motor = Motor(settings.lag_s)
         self.servo = Servo(settings.steer_deg_per_s, settings.wheel_angle_deg(0))
 
