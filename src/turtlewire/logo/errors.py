@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.errors import ProgramError
+from turtlewire.logo.values import plain, spelled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -129,15 +130,15 @@ def unused_value(shown: str, *, from_procedure: bool = False) -> LogoError:
 
 def no_value(name: str, known_names: Sequence[str] = ()) -> LogoError:
     """A variable without a value."""
-    error = LogoError(11, f"{name or '||'} has no value")
-    error.wrong_name, error.known_names = name, known_names
+    error = LogoError(11, f"{spelled(name)} has no value")
+    error.wrong_name, error.known_names = plain(name), known_names
     return error
 
 
-def unknown_procedure(name: str, known_names: Sequence[str] = ()) -> LogoError:
-    """A word that is neither a procedure nor, with Logo's getter syntax, a variable."""
-    error = LogoError(13, f"I don't know how to {name}")
-    error.wrong_name, error.known_names = name, known_names
+def unknown_procedure(name: str, known_names: Sequence[str] = (), *, number: int = 13) -> LogoError:
+    """A word that is neither a procedure nor, with Logo's getter syntax, a variable; 24 when it is to be applied."""
+    error = LogoError(number, f"I don't know how to {spelled(name)}")
+    error.wrong_name, error.known_names = plain(name), known_names
     return error
 
 

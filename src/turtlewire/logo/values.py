@@ -12,7 +12,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
 SPECIAL = " \t\n()[]{}+-*/=<>\"\\:;|~?'"
 BARRED = 0x10FE00  # a special character that stood between bars
@@ -24,6 +24,9 @@ _TO_BARRED = {ord(c): BARRED + ord(c) for c in SPECIAL}
 _TO_BACKSLASHED = {ord(c): BACKSLASHED + ord(c) for c in SPECIAL}
 _TO_PLAIN = {mark + ord(c): c for c in SPECIAL for mark in (BARRED, BACKSLASHED)}
 _WITHOUT_BACKSLASHES = {BACKSLASHED + ord(c): c for c in SPECIAL}
+_TO_ESCAPED = {
+    ord(c): f"\\{c}" for c in " \t\n[]();|\\~"
+}  # what a quoted word can have after a backslash only
 
 TRUE = "true"
 FALSE = "false"
@@ -145,10 +148,16 @@ def to_words(value: Value) -> str:
     return plain(to_text(value))
 
 
-def show(value: Value) -> str:
+def spelled(text: str) -> str:
+    """A word as errors show it: what a program would have to say for it, with bars or backslashes where needed."""
+    seen = plain(text)
+    return f"|{seen}|" if seen != text else text.translate(_TO_ESCAPED) or "||"
+
+
+def show(value: Value, spell: Callable[[str], str] = plain) -> str:
     """A value as SHOW prints it: brackets around lists."""
     if not isinstance(value, LogoList):
-        return plain(to_text(value))
+        return spell(to_text(value))
     # Iterative: lists may be nested deeper than any stack.
     pieces = ["["]
     open_lists = [iter(value.items)]
@@ -162,7 +171,7 @@ def show(value: Value) -> str:
                 pieces.append("[")
                 open_lists.append(iter(item.items))
                 break
-            pieces.append(plain(to_text(item)))
+            pieces.append(spell(to_text(item)))
         else:
             open_lists.pop()
             is_first = False
@@ -171,8 +180,8 @@ def show(value: Value) -> str:
 
 
 def show_in_error(value: Value) -> str:
-    """A value as error messages show it: like SHOW, but the empty word can be seen."""
-    return show(value) or "||"
+    """A value as errors show it: like SHOW, but where a word begins and ends can be seen."""
+    return show(value, spelled)
 
 
 def equal(a: Value, b: Value, *, ignore_case: bool = True) -> bool:

@@ -178,7 +178,7 @@ def test_outputs(session: Session, program: str, output: str) -> None:
         ("setfoo 3", "I don't know how to setfoo"),
         ('catch "error [throw "x]', "Can't find catch tag for x"),
         ('catch "x [foo]', "I don't know how to foo"),
-        ("print ||", "I don't know how to "),
+        ("print ||", "I don't know how to ||"),
         ("print (", "too many ('s"),
         ("run [(print 1]", "too many ('s"),
         ("to 3\nend", "to doesn't like 3 as input"),

@@ -97,7 +97,7 @@ def _modulo(_logo: Interpreter, a: Value, b: Value) -> Number:
     dividend, divisor = number(a), number(b)
     if divisor == 0:
         raise BadInputError(b, 4, _DIVISOR)
-    return dividend % divisor
+    return dividend % divisor + 0  # and so never -0
 
 
 @primitive("int", 1)

@@ -36,7 +36,7 @@ def apply_template(logo: Interpreter, template: Value, inputs: list[Value], how:
 def _apply_named(logo: Interpreter, name: str, inputs: list[Value], how: int) -> Result:
     procedure = logo.procedures.get(plain(name).lower())
     if procedure is None:
-        raise unknown_procedure(name, list(logo.procedures))
+        raise unknown_procedure(name, list(logo.procedures), number=24)
     if len(inputs) < procedure.minimum_inputs:
         raise not_enough_inputs(name)
     if 0 <= procedure.maximum_inputs < len(inputs):

@@ -35,7 +35,7 @@ def _name(logo: Interpreter, value: Value, name: Value) -> None:
 def _thing(logo: Interpreter, name: Value) -> Value:
     value = logo.variables.get(key(name))
     if value is None:
-        raise no_value(plain(text(name)), list(logo.variables))
+        raise no_value(text(name), list(logo.variables))
     return value
 
 
@@ -106,7 +106,7 @@ def _users(logo: Interpreter, name: Value) -> UserProcedure:
     if isinstance(procedure, Primitive):
         raise LogoError(22, f"{plain(text(name))} is a primitive")
     if procedure is None:
-        raise unknown_procedure(plain(text(name)), list(logo.procedures))
+        raise unknown_procedure(text(name), list(logo.procedures), number=24)
     return procedure
 
 
@@ -129,7 +129,7 @@ def _definedp(logo: Interpreter, name: Value) -> Value:
 def _arity(logo: Interpreter, name: Value) -> Value:
     procedure = logo.procedures.get(key(name))
     if procedure is None:
-        raise unknown_procedure(plain(text(name)), list(logo.procedures))
+        raise unknown_procedure(text(name), list(logo.procedures), number=24)
     return LogoList((procedure.minimum_inputs, procedure.default_inputs, procedure.maximum_inputs))
 
 
