@@ -551,3 +551,13 @@ def test_the_watchdog_is_the_bodys_business() -> None:
     assert (robot.heard, robot.malformed) == (3, 1)
     robot.stop()
     assert (robot.drive, robot.steer, robot.lights) == (0, 0, (True, False, False, False))
+
+
+def test_attempts_that_fail_while_the_robot_boots_do_not_count() -> None:
+    host = Host(retries=0, boot_s=1.0)
+    wire = Wire(host, Robot())
+    answers = [b"F", b"F", b"F", b"F"]
+    wire.to_host = lambda reply: answers.pop() if answers and reply else reply
+    host.connect(0.0)
+    wire.run()
+    assert kinds(wire) == ["InStep"]
