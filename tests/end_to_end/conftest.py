@@ -25,6 +25,10 @@ DEADLINE_S = 40.0
 COMMAND = [sys.executable, "-m", "turtlewire"]
 # Fast enough for tests, slow enough that a long drive is still under way when a signal comes.
 SPEED = "100"
+# So many motions after one another are more than can be under way unconfirmed (48 bytes, W9).
+CONFIRMED = 24
+# For robots that will not answer: how long to wait for that.
+IMPATIENT = ["--set", "boot_s=0", "--set", "reply_timeout_s=0.1"]
 # W8, as a robot sees it.
 EMERGENCY_STOP = b"\0\0\0\0\0\r2\r "
 
@@ -136,6 +140,12 @@ class Simulator(Process):
 
     def wait_for_action(self, start: str) -> None:
         self._wait(lambda: any(action.startswith(start) for action in self.actions), start)
+
+    def wait_for_motions(self, count: int) -> None:
+        """Until so many motions have ended."""
+        self._wait(
+            lambda: sum(action.startswith("ended") for action in self.actions) >= count, f"{count} motions"
+        )
 
     def wait_until_still(self) -> None:
         """Until every motion that began has ended."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from .conftest import EMERGENCY_STOP, points
+from .conftest import CONFIRMED, EMERGENCY_STOP, IMPATIENT, points
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,8 +35,7 @@ def test_in_process(cli: Cli, number: signal.Signals) -> None:
 def test_over_a_port_the_robot_stands_still(cli: Cli, listen: str, number: signal.Signals) -> None:
     simulator = cli.simulate("--listen", listen)
     process = cli.start("run", cli.program(ENDLESS), "--port", simulator.url, "--picture", "drawn.svg")
-    simulator.wait_for_action("ended right")
-    simulator.wait_for_action("ended forward")
+    simulator.wait_for_motions(CONFIRMED)
     process.signal(number)
     ended = process.end()
     assert ended.code == 130
@@ -53,9 +52,7 @@ def test_over_a_port_the_robot_stands_still(cli: Cli, listen: str, number: signa
 
 def test_a_second_signal_does_not_prevent_the_stop(cli: Cli, wire: Callable[..., Wire]) -> None:
     raw = wire()
-    process = cli.start(
-        "run", cli.program(ENDLESS), "--port", raw.path, "--set", "boot_s=0", "--picture", "drawn.svg"
-    )
+    process = cli.start("run", cli.program(ENDLESS), "--port", raw.path, *IMPATIENT, "--picture", "drawn.svg")
     raw.wait_for(b"F\0\x64\r")
     for _ in range(5):
         process.signal(signal.SIGINT)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from .conftest import COMMAND, DEADLINE_S, EMERGENCY_STOP, Ended
+from .conftest import COMMAND, DEADLINE_S, EMERGENCY_STOP, IMPATIENT, Ended
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -94,7 +94,7 @@ def test_nobody_reads_the_json(cli: Cli) -> None:
 def test_output_comes_as_it_is_printed(cli: Cli, wire: Callable[..., Wire]) -> None:
     """Through a pipe, too: a robot takes its time, and somebody waits for what it says."""
     raw = wire()
-    process = cli.start("run", cli.program("PRINT 1 FD 30000 FD 1"), "--port", raw.path, "--set", "boot_s=0")
+    process = cli.start("run", cli.program("PRINT 1 FD 30000 FD 1"), "--port", raw.path, *IMPATIENT)
     process.wait_for_out("1\n")
     raw.wait_for(b"F")
     process.signal(signal.SIGTERM)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from .conftest import Cli, check_same
+from .conftest import IMPATIENT, Cli, check_same
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -90,7 +90,7 @@ def test_a_basic_robot_draws_the_same(cli: Cli, in_process: str) -> None:
     # Paced by the calibration: the robot's time must be the wall's.
     program = "REPEAT 3 [FD 20 RT 120] SETPOS [5 5] PRINT POS"
     simulator = cli.simulate("--basic", "--picture", "seen.svg", speed="1")
-    arguments = ["run", cli.program(program), "--set", "boot_s=0", "--picture", "drawn.svg"]
+    arguments = ["run", cli.program(program), *IMPATIENT, "--set", "speed=200", "--picture", "drawn.svg"]
     over_port = cli(*arguments, "--port", simulator.url)
     over_port.check_said("answers no queries", "run as a basic one", "robot pose it cannot tell")
     inside = cli("run", "program.logo", "--port", "sim:walter?basic=1", "--picture", "inside.svg")
@@ -106,12 +106,12 @@ def test_a_basic_robot_draws_the_same(cli: Cli, in_process: str) -> None:
 def test_a_basic_robot_is_refused_where_replies_are_required(cli: Cli) -> None:
     simulator = cli.simulate("--basic")
     arguments = ["run", cli.program("FD 10"), "--port", simulator.url, "--require-replies"]
-    ended = cli(*arguments, "--set", "boot_s=0.1", "--json")
+    ended = cli(*arguments, *IMPATIENT, "--json")
     result = checked_json(ended.out)
     assert (ended.code, result["exit_code"], result["outcome"]) == (3, 3, "error")
     assert "does not answer" in str(result["error"])
     assert "started" not in "".join(simulator.actions)
-    stopped = cli("stop", "--port", simulator.url, "--require-replies", "--set", "boot_s=0.1")
+    stopped = cli("stop", "--port", simulator.url, "--require-replies", *IMPATIENT)
     assert stopped.code == 3
     stopped.check_said("does not answer", "The stop was sent to")
 
@@ -158,7 +158,7 @@ def test_json_tells_of_an_error(
     assert result["pictures"] == ([] if program is None else ["p.svg"])
 
 
-@pytest.mark.parametrize("imperfection", ["slip=0.1", "noise=20"])
+@pytest.mark.parametrize("imperfection", ["slip=0.1", "noise=0.5"])
 def test_the_same_seed_gives_the_same_bytes(cli: Cli, imperfection: str) -> None:
     def drawn(seed: int, name: str) -> bytes:
         port = ["--port", f"sim:walter?{imperfection}"]
