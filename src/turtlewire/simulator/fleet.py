@@ -7,17 +7,15 @@ something are checked against it. Needs NumPy; nothing else in the simulator doe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Self
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from turtlewire.simulator.body import LOOK_S
-from turtlewire.simulator.car import CarSettings
 from turtlewire.simulator.drivetrain import SETTLED_MM_PER_S
+from turtlewire.simulator.fleet_columns import CAR, FRAME, WALTER, Flags, Floats, Index, Kinds, State
 from turtlewire.simulator.fleet_obstacles import Obstacles
-from turtlewire.simulator.frame_robot import FrameRobotSettings
 from turtlewire.simulator.scalar_fleet import MAX_PIECES, STEPS_PER_GRIP, world_of
 from turtlewire.simulator.settings import FULL_SPEED
 from turtlewire.turtle import Pose
@@ -26,112 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from turtlewire.simulator.scalar_fleet import AnySettings
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-Index = npt.NDArray[np.intp]
-CAR, FRAME, WALTER = 0, 1, 2
-
-
-@dataclass
-class _Columns:
-    """Arrays of equal length, one place for each robot."""
-
-    def take(self, index: Index) -> Self:
-        """Copies of what belongs to some of the robots."""
-        return type(self)(**{f.name: getattr(self, f.name)[index] for f in fields(self)})
-
-    def put(self, index: Index, part: Self) -> None:
-        """Take over what has become of some of the robots."""
-        for f in fields(self):
-            getattr(self, f.name)[index] = getattr(part, f.name)
-
-
-@dataclass
-class _Kinds(_Columns):
-    """What the robots are like: their settings."""
-
-    kind: npt.NDArray[np.int8]
-    radius_mm: Floats
-    track_mm: Floats
-    offset_mm: Floats
-    wheelbase_mm: Floats
-    dead: Floats
-    mm_per_s: Floats  # for each unit of the first set-point
-    second_per_unit: Floats  # of the second one: mm/s (frame), degrees/s (WALTER), degrees of lock (car)
-    trim_deg: Floats
-    steer_deg_per_s: Floats
-    lag_s: Floats
-    sag: Floats
-    battery_s: Floats
-    slip: Floats
-    noise_mm: Floats
-
-    @classmethod
-    def of(cls, robots: Sequence[AnySettings]) -> Self:
-        rows = [_row(settings) for settings in robots]
-        columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in rows[0]}
-        return cls(kind=columns.pop("kind").astype(np.int8), **columns)
-
-
-def _row(settings: AnySettings) -> dict[str, float]:
-    row: dict[str, float] = {
-        "kind": WALTER,
-        "radius_mm": settings.radius_mm,
-        "track_mm": settings.track_mm,
-        "offset_mm": settings.offset_mm,
-        "wheelbase_mm": 1.0,
-        "dead": 0.0,
-        "trim_deg": 0.0,
-        "steer_deg_per_s": np.inf,
-        "lag_s": 0.0,
-        "sag": settings.sag,
-        "battery_s": settings.battery_s,
-        "slip": settings.slip,
-        "noise_mm": settings.noise,
-    }
-    if isinstance(settings, CarSettings):
-        return row | {
-            "kind": CAR,
-            "wheelbase_mm": settings.wheelbase_mm,
-            "dead": settings.dead_pwm,
-            "mm_per_s": settings.mm_per_s_per_pwm,
-            "second_per_unit": settings.max_lock_deg / FULL_SPEED,
-            "trim_deg": settings.trim_deg,
-            "steer_deg_per_s": settings.steer_deg_per_s,
-            "lag_s": settings.lag_s,
-        }
-    if isinstance(settings, FrameRobotSettings):
-        return row | {
-            "kind": FRAME,
-            "dead": settings.dead_pwm,
-            "mm_per_s": settings.mm_per_s_per_pwm,
-            "second_per_unit": settings.mm_per_s_per_pwm * settings.right_factor,
-            "lag_s": settings.lag_s,
-        }
-    return row | {
-        "mm_per_s": settings.mm_per_s_per_unit,
-        "second_per_unit": settings.deg_per_s_per_unit,
-    }
-
-
-@dataclass
-class _State(_Columns):
-    """How the robots are now."""
-
-    x_mm: Floats
-    y_mm: Floats
-    heading_deg: Floats
-    first: Floats  # set-points
-    second: Floats
-    left: Floats  # mm/s: the left engine, or a car's or a WALTER's way ahead
-    right: Floats  # mm/s: the right engine, or a WALTER's rim
-    steer_deg: Floats
-    used_s: Floats
-    grip_left: Floats
-    grip_right: Floats
-    free_mm: Floats
-    bumped: Flags
 
 
 class ArrayFleet:
@@ -146,11 +38,11 @@ class ArrayFleet:
 
     def __init__(self, robots: Sequence[AnySettings]) -> None:
         world = world_of(robots)
-        self._kinds = _Kinds.of(robots)
+        self._kinds = Kinds.of(robots)
         poses = np.array([settings.first_pose for settings in robots], dtype=np.float64)
         count = len(robots)
-        columns: dict[str, Any] = {f.name: np.zeros(count) for f in fields(_State)}
-        self._state = _State(
+        columns: dict[str, Any] = {f.name: np.zeros(count) for f in fields(State)}
+        self._state = State(
             **columns
             | {
                 "x_mm": poses[:, 0].copy(),
@@ -165,6 +57,9 @@ class ArrayFleet:
         self._obstacles = Obstacles(world, float(self._kinds.radius_mm.max()), self._longest_step_mm())
         self._slips = bool(self._kinds.slip.any())
         self._is_noisy = bool(self._kinds.noise_mm.any())
+        self._sags = bool(self._kinds.sag.any())
+        # The wheels' speeds, as long as all motors and servos do what they were told to.
+        self._steady: tuple[Floats, Floats] | None = None
         self._random = np.random.default_rng([settings.seed for settings in robots])
         self._steps = 0
 
@@ -211,6 +106,7 @@ class ArrayFleet:
         """What each robot is told from now on, -255..255 (beyond, it is cut). One value for each robot."""
         self._state.first[:] = np.clip(first, -FULL_SPEED, FULL_SPEED)
         self._state.second[:] = np.clip(second, -FULL_SPEED, FULL_SPEED)
+        self._steady = None
 
     def poses(self) -> list[Pose]:
         """Where the robots truly are on the ground."""
@@ -227,61 +123,78 @@ class ArrayFleet:
         for _ in range(steps):
             if self._slips and self._steps % STEPS_PER_GRIP == 0:
                 self._new_grip()
-            left_s = self._piece(self._kinds, self._state, np.full(len(self._kinds.kind), LOOK_S))
+            left_s = self._whole_step()
             for _ in range(MAX_PIECES - 1):
                 index = np.flatnonzero(left_s)
                 if not index.size:
                     break
-                part = self._state.take(index)
-                left_s[index] = self._piece(self._kinds.take(index), part, left_s[index])
+                part, kinds, seconds = self._state.take(index), self._kinds.take(index), left_s[index]
+                targets = _targets(kinds, part)
+                before = part.left.copy(), part.right.copy(), part.steer_deg.copy()
+                done_s = self._roll(kinds, part, _wheels(kinds, part, targets, seconds), seconds)
+                _advance(kinds, part, before, targets, done_s)
+                left_s[index] = self._over(kinds, part, seconds, done_s)
                 self._state.put(index, part)
             self._steps += 1
+
+    def _whole_step(self) -> Floats:
+        """One leg for all; what is left of the step for those that have met something."""
+        kinds, state = self._kinds, self._state
+        seconds = np.full(len(kinds.kind), LOOK_S)
+        if self._steady is not None:
+            done_s = self._roll(kinds, state, self._steady, seconds)
+            return self._over(kinds, state, seconds, done_s)
+        before = state.left.copy(), state.right.copy(), state.steer_deg.copy()
+        targets = _targets(kinds, state)
+        wheels = _wheels(kinds, state, targets, seconds)
+        done_s = self._roll(kinds, state, wheels, seconds)
+        _advance(kinds, state, before, targets, done_s)
+        if not self._sags and all(map(np.array_equal, before, targets)):
+            self._steady = wheels
+        return self._over(kinds, state, seconds, done_s)
 
     def _new_grip(self) -> None:
         slip, random = self._kinds.slip, self._random
         self._state.grip_left = 1.0 - slip * random.random(slip.shape)
         self._state.grip_right = 1.0 - slip * random.random(slip.shape)
 
-    def _piece(self, kinds: _Kinds, state: _State, seconds: Floats) -> Floats:
-        """One leg for each; what is left of its time after it has met something."""
-        before = state.left.copy(), state.right.copy(), state.steer_deg.copy()
-        targets = _targets(kinds, state)
-        left, right = _wheels(kinds, state, targets, seconds)
+    def _roll(self, kinds: Kinds, state: State, wheels: tuple[Floats, Floats], seconds: Floats) -> Floats:
+        """One leg at these speeds, until something is met; how long it lasts."""
+        left, right = wheels
         if self._is_noisy:
-            left, right = (
-                self._noisy(kinds, left * seconds) / seconds,
-                self._noisy(kinds, right * seconds) / seconds,
-            )
+            left, right = (self._noisy(kinds, speed * seconds) / seconds for speed in wheels)
         if self._slips:
             left, right = left * state.grip_left, right * state.grip_right
         x, y, heading, way_mm = _end(kinds, state, left * seconds, right * seconds)
         near = np.flatnonzero((way_mm > state.free_mm) & (way_mm > 0.0))
         state.free_mm -= way_mm
-        moves = (left != 0.0) | (right != 0.0)
-        state.bumped &= ~moves
-        left_s = np.zeros_like(seconds)
+        state.bumped &= (left == 0.0) & (right == 0.0)
         done_s = seconds
         if near.size and not self._obstacles.are_none:
             done_s = seconds.copy()
             self._meet(kinds, state, near, (x, y, heading), (left, right), seconds, done_s)
-            left_s = np.where(done_s < seconds, seconds - done_s, 0.0)
         state.x_mm[:], state.y_mm[:], state.heading_deg[:] = x, y, heading
-        _advance(kinds, state, before, targets, done_s)
-        stopped = state.bumped & (kinds.kind == WALTER)
+        return done_s
+
+    def _over(self, kinds: Kinds, state: State, seconds: Floats, done_s: Floats) -> Floats:
+        """A leg is over; what is left of its time. A WALTER that met something has stopped (W13)."""
+        left_s = np.where(done_s < seconds, seconds - done_s, 0.0)
+        stopped = state.bumped & (kinds.kind == WALTER) & ((state.first != 0.0) | (state.second != 0.0))
         if stopped.any():
+            self._steady = None
             for column in (state.first, state.second, state.left, state.right, left_s):
                 column[stopped] = 0.0
         return left_s
 
-    def _noisy(self, kinds: _Kinds, wanted: Floats) -> Floats:
+    def _noisy(self, kinds: Kinds, wanted: Floats) -> Floats:
         spread = kinds.noise_mm * np.sqrt(np.abs(wanted) / 1000.0)
         turned = wanted + spread * self._random.standard_normal(wanted.shape)
         return np.where(turned * wanted > 0.0, turned, 0.0)
 
     def _meet(
         self,
-        kinds: _Kinds,
-        state: _State,
+        kinds: Kinds,
+        state: State,
         near: Index,
         end: tuple[Floats, Floats, Floats],
         wheels: tuple[Floats, Floats],
@@ -322,7 +235,7 @@ def _ahead(x: Floats, y: Floats, heading_deg: Floats, distance_mm: Floats) -> tu
     return x + distance_mm * np.sin(angle), y + distance_mm * np.cos(angle)
 
 
-def _targets(kinds: _Kinds, state: _State) -> tuple[Floats, Floats, Floats]:
+def _targets(kinds: Kinds, state: State) -> tuple[Floats, Floats, Floats]:
     """What the left and right motors and the steering go for (``Drivetrain.aim``)."""
     strength = 1.0 - kinds.sag * np.minimum(1.0, state.used_s / kinds.battery_s)
     first, second = (
@@ -338,7 +251,7 @@ def _targets(kinds: _Kinds, state: _State) -> tuple[Floats, Floats, Floats]:
 
 
 def _wheels(
-    kinds: _Kinds, state: _State, targets: tuple[Floats, Floats, Floats], seconds: Floats
+    kinds: Kinds, state: State, targets: tuple[Floats, Floats, Floats], seconds: Floats
 ) -> tuple[Floats, Floats]:
     """The mean speeds of the wheels in the coming time (``Drivetrain.mean``)."""
     lags = kinds.lag_s > 0.0
@@ -357,14 +270,14 @@ def _wheels(
     return left, right
 
 
-def _slew(kinds: _Kinds, seconds: Floats) -> Floats:
+def _slew(kinds: Kinds, seconds: Floats) -> Floats:
     rate = kinds.steer_deg_per_s
     return np.where(rate < np.inf, np.where(rate < np.inf, rate, 0.0) * seconds, 0.0)
 
 
 def _advance(
-    kinds: _Kinds,
-    state: _State,
+    kinds: Kinds,
+    state: State,
     before: tuple[Floats, Floats, Floats],
     targets: tuple[Floats, Floats, Floats],
     seconds: Floats,
@@ -385,7 +298,7 @@ def _advance(
     state.used_s += np.minimum(1.0, power / FULL_SPEED) * seconds
 
 
-def _end(kinds: _Kinds, state: _State, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _end(kinds: Kinds, state: State, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Where so much travel of the wheels leads (``chassis.drive``), and how far the disc gets at most."""
     middle, half = (left + right) / 2.0, (left - right) / kinds.track_mm / 2.0
     turns = half != 0.0
