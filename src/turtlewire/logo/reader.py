@@ -249,5 +249,5 @@ def _read_definition(reader: LineReader, title: LogoList) -> Definition:
         33,
         f"END not found for {shown}",
         title.source.position(title.offsets[0]),
-        "This procedure has no END up to the end of the program.",
+        "This procedure has no END up to the end of the program. END stands in a line of its own.",
     )

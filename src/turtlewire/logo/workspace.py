@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, does_not_like, not_enough_inputs
 from turtlewire.logo.procedures import OptionalInput, Primitive, UserProcedure
-from turtlewire.logo.values import LogoList, Value, parse_number, plain, show_in_error
+from turtlewire.logo.values import LogoList, Value, parse_number, plain, show
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -52,7 +52,7 @@ def define(
         or parse_number(name) is not None
         or ((is_to and name[:1] in ':"') or "(" in name)
     ):
-        raise does_not_like(command, show_in_error(name), number=4 if is_to else 7, wanted=_NAME)
+        raise does_not_like(command, show(name), number=4 if is_to else 7, wanted=_NAME)
     key = plain(name).lower()
     procedure = logo.procedures.get(key)
     if isinstance(procedure, Primitive):
@@ -81,7 +81,7 @@ def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
     if isinstance(each, int) and procedure.default_inputs < 0:
         most = float("inf") if procedure.rest else len(procedure.inputs) + len(procedure.optional)
         if not len(procedure.inputs) <= each <= most:
-            raise does_not_like(command, show_in_error(each), number=4, wanted=_INPUTS)
+            raise does_not_like(command, show(each), number=4, wanted=_INPUTS)
         procedure.default_inputs = each  # how many inputs are taken without parentheses
     elif isinstance(each, str) and not ("(" in each or procedure.optional or procedure.rest):
         procedure.inputs.append(_input_name(each))
@@ -92,7 +92,7 @@ def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
         else:
             procedure.optional.append(OptionalInput(name, _tail(each)))
     else:
-        raise does_not_like(command, show_in_error(each), number=4, wanted=_INPUTS)
+        raise does_not_like(command, show(each), number=4, wanted=_INPUTS)
 
 
 def _tail(items: LogoList) -> LogoList:

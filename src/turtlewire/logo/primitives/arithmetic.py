@@ -19,13 +19,14 @@ primitive = chapter.primitive
 
 
 _DIVISOR = "a number other than 0"
+_RESULT = "a number for which there is a result, and not too large a one"
 
 
 def _finite(result: Number, blamed: Value) -> Number:
     """A result that Logo can keep; an infinite one, or none at all, is the fault of the blamed input."""
     kept = narrowed(result)
     if kept is None:
-        raise BadInputError(blamed)
+        raise BadInputError(blamed, wanted=_RESULT)
     return kept
 
 
@@ -122,7 +123,7 @@ def _real(value: Value, function: Callable[[float], float]) -> Number:
     try:
         return _finite(_whole_if_exact(function(number(value))), value)
     except (ValueError, OverflowError):
-        raise BadInputError(value) from None
+        raise BadInputError(value, wanted=_RESULT) from None
 
 
 @primitive("sqrt", 1)
