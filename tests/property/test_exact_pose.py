@@ -148,7 +148,7 @@ drawings = st.lists(
         st.tuples(st.just("set_x"), places),
         st.tuples(st.just("set_heading"), angles),
         st.tuples(st.just("home")),
-        st.tuples(st.just("arc"), st.floats(-400.0, 400.0), st.floats(-30.0, 30.0)),
+        st.tuples(st.just("arc"), st.floats(-400.0, 400.0, width=16), st.floats(-30.0, 30.0, width=16)),
         st.tuples(st.just("pen_up")),
         st.tuples(st.just("pen_down")),
     ),

@@ -73,17 +73,20 @@ class ThreadRunner(Runner):
         import asyncio
         import concurrent.futures
 
-        with self._lock:  # what is handed over before ``close`` is seen by it
-            if self._closed:
-                coroutine.close()
-                raise LinkClosedError("the link to the robot is closed: connect again")
-            future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+        future: concurrent.futures.Future[T] | None = None
         try:
+            with self._lock:  # what is handed over before ``close`` is seen by it
+                if self._closed:
+                    raise LinkClosedError("the link to the robot is closed: connect again")
+                future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
             return future.result()
         except concurrent.futures.CancelledError:
             raise LinkClosedError("the link to the robot was closed meanwhile: connect again") from None
         except BaseException:
-            future.cancel()
+            if future is None:  # it never got there
+                coroutine.close()
+            else:
+                future.cancel()
             raise
 
     @property
