@@ -180,7 +180,7 @@ def test_there_are_all_the_topics() -> None:
         assert topic.topic == name
         assert topic.about.endswith(".")
         assert bool(topic.vectors) != bool(topic.sessions)
-    assert (len(VECTORS), len(SESSIONS)) == (90, 26)
+    assert (len(VECTORS), len(SESSIONS)) == (90, 30)
 
 
 def test_ids_are_unique_and_begin_with_the_topic() -> None:

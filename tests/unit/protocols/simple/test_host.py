@@ -28,6 +28,7 @@ from turtlewire.protocols.simple.messages import (
     SteerRight,
     Stop,
 )
+from turtlewire.protocols.simple.resynchronise import Line, Resynchronisation, Stage
 from turtlewire.protocols.simple.robot import Robot
 
 
@@ -551,6 +552,14 @@ def test_the_watchdog_is_the_bodys_business() -> None:
     assert (robot.heard, robot.malformed) == (3, 1)
     robot.stop()
     assert (robot.drive, robot.steer, robot.lights) == (0, 0, (True, False, False, False))
+
+
+def test_a_reply_that_comes_just_before_the_first_probe_is_no_answer_to_it() -> None:
+    way_back = Resynchronisation(Line(9600, 0.05), 0.0, retries=1)
+    way_back.timed_out(1.0)
+    way_back.replied(1.0, accepted=True)
+    assert way_back.stage is Stage.QUIET  # once more from the start
+    assert way_back.data_to_send(1.0) == b""
 
 
 def test_attempts_that_fail_while_the_robot_boots_do_not_count() -> None:
