@@ -63,6 +63,22 @@ def test_a_second_signal_does_not_prevent_the_stop(cli: Cli, wire: Callable[...,
     raw.wait_for_end(EMERGENCY_STOP)
 
 
+def test_a_signal_on_the_way_out_is_only_noted(cli: Cli, wire: Callable[..., Wire]) -> None:
+    """The program has failed, the robot is stopped, the picture is being written into a pipe that nobody reads yet."""
+    raw = wire()
+    os.mkfifo(cli.folder / "pipe.svg")
+    program = cli.program("FD 5\nFDD")
+    process = cli.start("run", program, "--port", raw.path, *IMPATIENT, "--picture", "pipe.svg")
+    raw.wait_for(b"PD\r")
+    raw.wait_for_end(EMERGENCY_STOP)
+    for number in SIGNALS:
+        process.signal(number)
+    assert cli.text("pipe.svg").endswith("</svg>")
+    ended = process.end()
+    assert ended.code == 1
+    ended.check_said("program.logo, line 2, column 1: I don't know how to FDD", "is in pipe.svg.")
+
+
 def test_a_signal_while_it_connects(cli: Cli, wire: Callable[..., Wire]) -> None:
     raw = wire()
     arguments = ["run", cli.program(ENDLESS), "--port", raw.path, "--set", "boot_s=1000"]
