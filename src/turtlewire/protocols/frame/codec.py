@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from itertools import starmap
-from struct import Struct
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
-from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT, field_letters
+from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT
+from turtlewire.protocols.frame.layout import Shape, alike, following, keeping, keeps, layouts, shape_of
 from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_PAYLOAD, OVERHEAD, FrameMessage
-from turtlewire.protocols.message import KINDS, Field, Malformed
+from turtlewire.protocols.message import Malformed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,10 +29,9 @@ INTER_BYTE_S = 0.1  # F5
 RUN_FRAMES = 8
 RUN_MOST = 4096
 _MAGIC_BYTE = bytes([MAGIC])
-# A run's sequence numbers are compared with a piece of this.
-_SEQS = bytes(range(256)) * 2
 
 Order = Literal["", "gap", "repeat", "restart"]
+_IN_ORDER: Order = ""
 
 
 class Frame(msgspec.Struct, frozen=True, gc=False):
@@ -121,17 +120,24 @@ class FrameEncoder:
         """
         return self.dialect.pack(message, self.direction)
 
-    def encode(self, messages: Iterable[FrameMessage] = ()) -> list[bytes]:
-        """As few frames as it takes, in order, each of at most 124 bytes (F9). Of none: one empty frame (F7).
+    def payloads(self, messages: Iterable[FrameMessage]) -> list[bytes]:
+        """What as few frames as it takes would carry, in order (F9). Of no messages: one empty payload.
 
-        Raises ``MessageError`` as ``pack`` does: then no frame is made and no number used.
+        Raises ``MessageError`` as ``pack`` does.
         """
         payloads = [b""]
         for packed in [self.pack(message) for message in messages]:
             if len(payloads[-1]) + len(packed) > MAX_PAYLOAD:
                 payloads.append(b"")
             payloads[-1] += packed
-        return [self.frame(payload) for payload in payloads]
+        return payloads
+
+    def encode(self, messages: Iterable[FrameMessage] = ()) -> list[bytes]:
+        """As few frames as it takes, in order, each of at most 124 bytes (F9). Of none: one empty frame (F7).
+
+        Raises ``MessageError`` as ``pack`` does: then no frame is made and no number used.
+        """
+        return [self.frame(payload) for payload in self.payloads(messages)]
 
     def frame(self, payload: bytes) -> bytes:
         """The next frame, around messages that ``pack`` has packed: at most 124 bytes."""
@@ -141,68 +147,6 @@ class FrameEncoder:
 
 
 # ----------------------------------------------------------------------------------------------- from bytes
-
-
-class Limit(NamedTuple):
-    """The restriction of one field: its place among the fields, its range, and the numbers that it may be or None."""
-
-    place: int
-    low: float
-    high: float
-    among: frozenset[int] | None
-
-
-class Layout(NamedTuple):
-    """How one message stands in a payload. ``limits`` names the fields that can break their restriction."""
-
-    message_type: type[FrameMessage]
-    letters: str
-    size: int
-    fields: Struct
-    limits: tuple[Limit, ...]
-
-
-def layouts(dialect: Dialect, direction: str) -> list[Layout | None]:
-    """What a decoder looks up by the type byte."""
-    table: list[Layout | None] = [None] * 256
-    for entry in dialect.entries:
-        if not entry.is_decoded or not entry.goes(direction):
-            continue
-        limits = []
-        for index, field in enumerate(entry.message_type.FIELDS):
-            size, signed = KINDS[field.kind]
-            high = dialect.high(entry, field)
-            choices = field.choices if isinstance(field, Field) else ()
-            top = (1 << (8 * size - signed)) - 1
-            everything = (-top - 1 if signed else 0, top)
-            if field.kind == "f32" or choices or (field.kind != "bool" and (field.low, high) != everything):
-                among = frozenset(number for _, number in choices) if choices else None
-                limits.append(Limit(index, field.low, high, among))
-        letters = field_letters(entry.message_type.FIELDS)
-        fields = Struct(">" + letters)
-        table[entry.type] = Layout(entry.message_type, letters, 1 + fields.size, fields, tuple(limits))
-    return table
-
-
-def keeps(limits: tuple[Limit, ...], values: tuple[float, ...]) -> bool:
-    """Whether the values of a message keep its restrictions. NaN is in no range."""
-    for place, low, high, among in limits:
-        value = values[place]
-        if not low <= value <= high or (among is not None and value not in among):
-            return False
-    return True
-
-
-class _Shape(NamedTuple):
-    """Frames that have the same messages in the same places.
-
-    ``types`` are the places of the type bytes, and the bytes; ``parts`` the messages' classes, restrictions and how to
-    read their fields from a whole frame.
-    """
-
-    size: int
-    types: tuple[tuple[int, int], ...]
-    parts: tuple[tuple[type[FrameMessage], tuple[Limit, ...], Struct], ...]
 
 
 class FrameDecoder:
@@ -231,7 +175,7 @@ class FrameDecoder:
         self._due = -1  # the next sequence number, or -1 before the first frame
         self._run_most = RUN_FRAMES
         self._run_wait = 0
-        self._last_shape: _Shape | None = None
+        self._shape: Shape | None = None
 
     @property
     def pending(self) -> int:
@@ -284,7 +228,7 @@ class FrameDecoder:
                     continue
                 if stop <= end:
                     raw = buffer[at:stop]
-                    if crc(raw[first:]) != residue:
+                    if crc(raw[first:] if first else raw) != residue:
                         self._wrong_crc(base + at, raw, items)
                         at += 1
                         continue
@@ -293,9 +237,12 @@ class FrameDecoder:
                     at = stop
                     # Where two frames in a row begin alike, many may.
                     head = raw[2:4]
-                    if head == last_head and not isinstance(item, Malformed):
+                    if head != last_head:
+                        last_head = head
+                    elif self._run_wait:
+                        self._run_wait -= 1
+                    elif isinstance(item, Frame):
                         at = self._run(buffer, at, raw, items)
-                    last_head = head
                     continue
             if not ended:
                 break
@@ -336,7 +283,11 @@ class FrameDecoder:
 
     def _frame(self, offset: int, raw: bytes) -> Item:
         """What stands in a frame whose CRC is right: all or nothing (F3)."""
-        order, lost = self._sequence(raw[1])
+        seq, order, lost = raw[1], _IN_ORDER, 0
+        if seq == self._due:
+            self._due = (seq + 1) & 255
+        else:
+            order, lost = self._sequence(seq)
         stats, table = self.statistics, self._layouts
         messages: list[FrameMessage] = []
         refused: list[FrameMessage] = []
@@ -346,18 +297,17 @@ class FrameDecoder:
             if layout is None:
                 stats.unknown_type += 1
                 return Malformed(offset, raw, f"unknown type {raw[at]:02X} at byte {at}")
-            if at + layout.size > end:
+            message_type, _, size, unpack_from, limits = layout
+            if at + size > end:
                 stats.inconsistent += 1
-                name = layout.message_type.name()
-                reason = f"{name} at byte {at} is cut short: {end - at} of {layout.size} bytes"
-                return Malformed(offset, raw, reason)
-            values = layout.fields.unpack_from(raw, at + 1)
-            message = layout.message_type(*values)
-            if not layout.limits or keeps(layout.limits, values):
-                messages.append(message)
+                what = f"{message_type.name()} at byte {at} is cut short: {end - at} of {size} bytes"
+                return Malformed(offset, raw, what)
+            values = unpack_from(raw, at + 1)
+            if limits and not keeps(limits, values):
+                refused.append(message_type(*values))
             else:
-                refused.append(message)
-            at += layout.size
+                messages.append(message_type(*values))
+            at += size
         for message in refused:
             name = message.name()
             stats.refused[name] = stats.refused.get(name, 0) + 1
@@ -375,21 +325,20 @@ class FrameDecoder:
         as far again as it has come, and after a disappointment not for a while.
         """
         count = min(self._run_most, (len(buffer) - at) // len(like))
-        if self._run_wait or count < RUN_FRAMES:
-            self._run_wait = max(0, self._run_wait - 1)
+        if count < RUN_FRAMES:
             return at
-        shape = self._shape(like)
+        shape = self._shape = shape_of(like, self._layouts, self._shape)
         size = shape.size
         hoped = count
-        count = _alike(buffer, at, count, shape, like)
-        count = _following(buffer[at + 1 : at + count * size : size], self._due)
+        count = alike(buffer, at, count, shape)
+        count = following(buffer[at + 1 : at + count * size : size], self._due)
         raws = [buffer[n : n + size] for n in range(at, at + count * size, size)]
         covered = [raw[self._first :] for raw in raws] if self._first else raws
         residues = bytes(map(self._crc, covered))
         count -= len(residues.lstrip(bytes((self._residue,))))
         rows = [list(fields.iter_unpack(buffer[at : at + count * size])) for _, _, fields in shape.parts]
         for (_, limits, _), values in zip(shape.parts, rows, strict=True):
-            count = min(count, _keeping(limits, values))
+            count = min(count, keeping(limits, values))
         offsets = range(self._offset + at, self._offset + at + count * size, size)
         columns = [starmap(part[0], values[:count]) for part, values in zip(shape.parts, rows, strict=True)]
         if columns:
@@ -404,57 +353,6 @@ class FrameDecoder:
         else:
             self._run_most = self._run_wait = RUN_FRAMES
         return at + count * size
-
-    def _shape(self, frame: bytes) -> _Shape:
-        """The shape of a frame whose types are known."""
-        layouts_there = []
-        at, end = HEADER, len(frame) - 1
-        while at < end:
-            layout = self._layouts[frame[at]]
-            assert layout is not None, "a frame with an unknown type was ignored"
-            layouts_there.append((at, layout))
-            at += layout.size
-        types = tuple((place, frame[place]) for place, _ in layouts_there)
-        if self._last_shape is None or (self._last_shape.size, self._last_shape.types) != (len(frame), types):
-            parts = tuple(
-                (
-                    layout.message_type,
-                    layout.limits,
-                    Struct(f">{place + 1}x{layout.letters}{len(frame) - place - layout.size}x"),
-                )
-                for place, layout in layouts_there
-            )
-            self._last_shape = _Shape(len(frame), types, parts)
-        return self._last_shape
-
-
-def _alike(buffer: bytes, at: int, count: int, shape: _Shape, like: bytes) -> int:
-    """How many of ``count`` frames from ``at`` on begin and are laid out as ``like``."""
-    for place in (0, 2, *(place for place, _ in shape.types)):
-        column = buffer[at + place : at + count * shape.size : shape.size]
-        count = len(column) - len(column.lstrip(like[place : place + 1]))
-    return count
-
-
-def _following(seqs: bytes, due: int) -> int:
-    """How many sequence numbers follow one another as they should."""
-    for at in range(0, len(seqs), 256):
-        piece = seqs[at : at + 256]
-        if not _SEQS.startswith(piece, due):
-            return at + next(n for n, seq in enumerate(piece) if seq != _SEQS[due + n])
-    return len(seqs)
-
-
-def _keeping(limits: tuple[Limit, ...], rows: list[tuple[float, ...]]) -> int:
-    """How many rows of values keep the restrictions, up to the first that does not."""
-    count = len(rows)
-    for place, low, high, among in limits:
-        kept = [low <= row[place] <= high for row in rows]
-        if among is not None:
-            kept = [row[place] in among for row in rows]
-        if False in kept:
-            count = min(count, kept.index(False))
-    return count
 
 
 __all__ = [

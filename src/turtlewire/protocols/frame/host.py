@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from turtlewire.errors import UsageError
 from turtlewire.protocols.frame.codec import INTER_BYTE_S, Frame, FrameDecoder, FrameEncoder, Statistics
 from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT
-from turtlewire.protocols.frame.message import MAX_FRAME, MAX_PAYLOAD, FrameMessage
+from turtlewire.protocols.frame.message import MAGIC, MAX_FRAME, MAX_PAYLOAD, FrameMessage
 
 if TYPE_CHECKING:
     from turtlewire.protocols.frame.codec import Item
@@ -35,13 +35,23 @@ def stop_bytes(encoder: FrameEncoder) -> bytes:
 
     A receiver that was left in the middle of a frame takes up to 127 bytes as its rest: stops are repeated until 128
     bytes and then two more have gone. A dialect whose stops do not fit one frame repeats all of them.
+
+    A receiver may come out of a foreign frame anywhere in these. So that it does not take something in them for the
+    beginning of a long frame and waits, no stop has the number A3, and after a CRC that is A3 comes a number above
+    124, which is no size. The receiver sees a gap in the sequence then, once in some 128 frames.
     """
     stops = encoder.dialect.stop_messages()
     out = bytearray()
-    while len(out) < MAX_FRAME:
-        out += b"".join(encoder.encode(stops))
-    for _ in range(STOPS_HEARD):
-        out += b"".join(encoder.encode(stops))
+    more = STOPS_HEARD
+    while more:
+        more -= len(out) >= MAX_FRAME
+        for payload in encoder.payloads(stops):
+            if encoder.seq == MAGIC:
+                encoder.seq += 1
+            frame = encoder.frame(payload)
+            if frame[-1] == MAGIC:
+                encoder.seq = max(encoder.seq, MAX_PAYLOAD + 1)
+            out += frame
     return bytes(out)
 
 
