@@ -21,7 +21,8 @@ from typing import Any
 VECTORS = Path(__file__).resolve().parent.parent / "tests" / "vectors" / "logo"
 ORIGIN = "ucblogo 6.2.2"
 _MARK = "@@error"
-_TIMEOUT_S = 6
+_TIMEOUT_S = 6  # for one process
+_BATCH = 50  # programs that one process runs at most
 
 
 def _main_program(folder: Path, index: int) -> str:
@@ -82,7 +83,7 @@ def ask_all(programs: list[str]) -> list[dict[str, Any] | None]:
     """Ask in one process as far as it lives, and go on in a new one behind the program that ended it."""
     answers: list[dict[str, Any] | None] = []
     while len(answers) < len(programs):
-        rest = ask(programs[len(answers) :])
+        rest = ask(programs[len(answers) : len(answers) + _BATCH])
         alive = next((i for i, answer in enumerate(rest) if answer is None), len(rest))
         answers += rest[:alive]
         if alive < len(rest):

@@ -189,3 +189,11 @@ def test_errors(session: Session, program: str, text: str) -> None:
     error = session.error(program)
     assert error.text == text
     assert error.position is not None
+
+
+def test_the_rest_is_known_in_templates_only(session: Session) -> None:
+    assert session.error("print ?rest").text == "?rest doesn't like 1 as input"
+    assert session.error("foreach [a] [show (?rest 2)]").text == "?rest doesn't like 2 as input"
+    assert session.run("foreach [a b] [foreach [c] [] print #]") == "1\n2\n"
+    assert session.error("foreach [a b] [print first 1 / 0]").number == 4
+    assert session.run("print #") == "-1\n"

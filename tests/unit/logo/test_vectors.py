@@ -43,4 +43,4 @@ def test_program(case: dict[str, Any]) -> None:
 
 def test_there_are_many_and_each_has_its_own_id() -> None:
     ids = [case.values[0]["id"] for case in cases()]
-    assert len(ids) == len(set(ids)) > 600
+    assert len(ids) == len(set(ids)) > 1400
