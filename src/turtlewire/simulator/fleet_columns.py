@@ -59,6 +59,7 @@ class Kinds(Columns):
 
     @classmethod
     def of(cls, robots: Sequence[AnySettings]) -> Self:
+        """What robots with these settings are like."""
         rows = [_row(settings) for settings in robots]
         columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in rows[0]}
         return cls(kind=columns.pop("kind").astype(np.int8), **columns)

@@ -29,6 +29,8 @@ __all__ = ["Action", "FrameRobotSettings", "RollingStatistics", "SimulatedFrameR
 BAUD = 115200  # F12
 MAX_SERVO_DEG = 180
 NOTHING_IN_SIGHT_MM = 65535
+# Half the width of the distance sensor's beam: a ray without any would touch nothing.
+BEAM_MM = 0.01
 # Status: what the shipped dialect's enumeration calls them.
 IDLE, DRIVING, STOPPED = 0, 1, 2
 
@@ -336,12 +338,12 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
     def _distance_ahead(self) -> int:
         """What a distance sensor at its front sees: whole millimetres from its rim."""
         here = self.pose
-        ray = self._surroundings().contact(here.x_mm, here.y_mm, direction(here.heading_deg), math.inf, 0.0)
+        ahead = direction(here.heading_deg)
+        ray = self._surroundings().contact(here.x_mm, here.y_mm, ahead, math.inf, BEAM_MM)
         if ray is None:
             return NOTHING_IN_SIGHT_MM
-        return max(
-            0, min(NOTHING_IN_SIGHT_MM - 1, math.floor(ray.distance_mm - self.settings.radius_mm + 0.5))
-        )
+        from_rim_mm = ray.distance_mm + BEAM_MM - self.settings.radius_mm
+        return max(0, min(NOTHING_IN_SIGHT_MM - 1, math.floor(from_rim_mm + 0.5)))
 
 
 def _replaced(pair: tuple[float, float], index: int, value: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ settings                  first                   second
 
 What a robot runs into holds it; a WALTER stops and has its set-points cleared, as its limit sensors do it (W13). Robots
 of a fleet do not see one another. ``make_fleet`` takes the kernel that is faster: plain Python for few robots, NumPy
-(``turtlewire.simulator.fleet``) above some thirty. Both give the same poses.
+(``turtlewire.simulator.fleet``) above about twenty. Both give the same poses.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 AnySettings = CarSettings | FrameRobotSettings | Settings
 # From this many robots on, NumPy is the faster kernel.
-MANY = 30
+MANY = 20
 # A robot that meets one thing after another within one step has had enough after so many.
 MAX_PIECES = 4
 STEPS_PER_GRIP = round(GRIP_S / LOOK_S)
