@@ -83,7 +83,8 @@ def ask_all(programs: list[str]) -> list[dict[str, Any] | None]:
     """Ask in one process as far as it lives, and go on in a new one behind the program that ended it."""
     answers: list[dict[str, Any] | None] = []
     while len(answers) < len(programs):
-        rest = ask(programs[len(answers) : len(answers) + _BATCH])
+        batch = programs[len(answers) : len(answers) + _BATCH]
+        rest = ask([*batch, "print 1"])[:-1]  # so that the last of them can be seen to have come back
         alive = next((i for i, answer in enumerate(rest) if answer is None), len(rest))
         answers += rest[:alive]
         if alive < len(rest):
