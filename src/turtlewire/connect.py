@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, urlsplit
 
 from turtlewire.errors import UsageError
-from turtlewire.protocols.walter.messages import EMERGENCY_STOP
-from turtlewire.robots.runner import InlineRunner, Runner, ThreadRunner
-from turtlewire.robots.walter import AsyncWalter, Settings, Walter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.runner import Runner
+    from turtlewire.robots.walter import AsyncWalter, Settings, Walter
     from turtlewire.simulator.walter import SimulatedWalter
     from turtlewire.turtle import Pose
 
@@ -50,6 +49,9 @@ def connect(
     Raises ``UsageError`` (the URL or a setting means nothing), ``LinkError`` (no such port, port in use) or
     ``NoReplyError``.
     """
+    from turtlewire.robots.runner import InlineRunner, ThreadRunner
+    from turtlewire.robots.walter import Walter
+
     runner: Runner = InlineRunner() if is_simulated(url) else ThreadRunner()
     try:
         robot = runner.run(connect_async(url, settings, notify=notify, announce=announce))
@@ -67,6 +69,8 @@ async def connect_async(
     announce: Callable[[str], None] = print,
 ) -> AsyncWalter:
     """``connect`` for asynchronous programs: ``async with await turtlewire.connect_async(url) as robot``."""
+    from turtlewire.robots.walter import AsyncWalter, Settings
+
     settings = (settings or Settings()).checked()
     notify = notify or _warn
     if is_simulated(url):
@@ -87,6 +91,9 @@ def stop(url: str, settings: Settings | None = None) -> Pose | None:
 
     Raises what ``connect`` raises for a port that cannot be opened.
     """
+    from turtlewire.robots.runner import ThreadRunner
+    from turtlewire.robots.walter import Settings
+
     runner = ThreadRunner()
     try:
         return runner.run(_stop(url, (settings or Settings()).checked()))
@@ -95,6 +102,9 @@ def stop(url: str, settings: Settings | None = None) -> Pose | None:
 
 
 async def _stop(url: str, settings: Settings) -> Pose | None:
+    from turtlewire.protocols.walter.messages import EMERGENCY_STOP
+    from turtlewire.robots.walter import AsyncWalter
+
     link, settings = await _opened(url, settings)
     # A robot that is booting hears nothing of this, but does not move either.
     link.write_urgent(EMERGENCY_STOP)

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 # An arc is drawn as a polygon whose sides leave the true circle by at most this much.
 ARC_SAGITTA_MM = 0.25
+# No arc has more than 3600 sides, however large its radius.
+FINEST_ARC_DEG = 0.1
 TONES = ("off", "low", "high")
 
 
@@ -70,7 +72,7 @@ def arc_polygon(angle_deg: float, radius_mm: float) -> tuple[int, float, float]:
         return 0, 0.0, 0.0
     sweep = max(-360.0, min(360.0, angle_deg))
     finest = 2.0 * math.degrees(math.acos(max(0.5, 1.0 - ARC_SAGITTA_MM / radius)))
-    sides = math.ceil(abs(sweep) / finest)
+    sides = max(1, math.ceil(abs(sweep) / max(finest, FINEST_ARC_DEG)))
     turn = sweep / sides
     return sides, 2.0 * radius * math.sin(math.radians(abs(turn) / 2.0)), turn
 

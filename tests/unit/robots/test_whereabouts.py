@@ -151,3 +151,50 @@ def test_poses_that_may_be_the_same() -> None:
     assert matches(HOME, Pose(1.4, 1.4, 359.0))
     assert not matches(HOME, Pose(1.5, 1.5, 0.0))
     assert not matches(HOME, Pose(0.0, 0.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("pose", "points"),
+    [
+        (Pose(0.0, 4.0, 0.0), [(0.0, 0.0), (0.0, 4.0)]),  # within the first move
+        (Pose(0.0, 10.0, 30.0), [(0.0, 0.0), (0.0, 10.0)]),  # within the turn
+        (Pose(7.5, 10.0, 90.0), [(0.0, 0.0), (0.0, 10.0), (7.5, 10.0)]),  # within the second move
+        (C, [(0.0, 0.0), (0.0, 10.0), (20.0, 10.0)]),  # at the end
+    ],
+)
+def test_a_robot_that_was_cut_off_has_done_what_lies_before(
+    pose: Pose, points: list[tuple[float, float]]
+) -> None:
+    where = Whereabouts()
+    where.cut_off((Target(A, pen_down=True), None, Target(B, pen_down=True), Target(C, pen_down=True)), pose)
+    assert where.trace.strokes[0].points == points
+    assert where.trace.pose == pose
+    assert where.confirmed == Target(pose, pen_down=True)
+
+
+def test_the_pen_of_the_motion_that_was_cut_off_counts() -> None:
+    where = Whereabouts()
+    where.cut_off(
+        (Target(A, pen_down=True), Target(B, pen_down=True), Target(C, pen_down=False)), Pose(7, 10, 90)
+    )
+    assert [stroke.pen_down for stroke in where.trace.strokes] == [True, False]
+
+
+@pytest.mark.parametrize(
+    "pose", [Pose(5.0, 5.0, 0.0), Pose(0.0, 4.0, 50.0), Pose(30.0, 10.0, 90.0), Pose(0, -5, 0)]
+)
+def test_a_robot_that_stands_beside_its_way_tells_nothing_of_it(pose: Pose) -> None:
+    where = Whereabouts()
+    where.cut_off((Target(A, pen_down=True), Target(B, pen_down=True), Target(C, pen_down=True)), pose)
+    assert where.confirmed == Target(HOME, pen_down=True)
+    assert where.trace.strokes == []
+
+
+def test_a_robot_a_little_off_is_taken_at_its_word() -> None:
+    where = account(A, B, C)
+    where.compare(m.XReply(43))
+    assert where.in_doubt
+    assert where.resolve(Pose(21.5, 10.0, 90.0)) == ([], "")
+    assert where.position.robot == Pose(21.5, 10.0, 90.0)
+    where.compare(m.XReply(43))
+    assert not where.in_doubt

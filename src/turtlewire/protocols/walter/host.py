@@ -6,7 +6,8 @@ Sans-IO: time is an argument (seconds, any monotonic clock), bytes go in and out
   out. The answer to a query shows that everything before it is done, so queries are sent as fences, rotating
   through QH, QX, QY, QP: a late answer cannot pass for the next one.
 - An answer that is overdue is asked for again by the next fence, and once more. If one of these is answered and the
-  first is not, the first was lost: ``FenceLost``, and where the robot is has to be asked (W15). If nothing is answered: ``Silent``.
+  first is not, the first was lost: ``FenceLost``, and where the robot is has to be asked (W15). If nothing is
+  answered: ``Silent``.
 - A robot that answers no queries (``answers = False``) gets one command at a time, paced by the time it takes (W9).
 - A limit event makes the emergency stop go out at once (W13), ahead of everything.
 - ``attention`` (W7) and ``emergency_stop`` (W8) overtake and forget everything that has not gone out.
@@ -111,6 +112,7 @@ class Host:
         mode: what the robot takes bytes for, as far as the host has told it; None before the first attention.
         interrupted: the tag of the first command that an attention or stop found unconfirmed, and (for a robot that is
             paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
+        abandoned: the tags of all commands that an attention or stop found unconfirmed, in order.
         malformed: ill-formed replies; unexpected: replies to nothing that was asked. Both are ignored.
     """
 
@@ -140,6 +142,7 @@ class Host:
         self._last_received = -math.inf
         self.answers = True
         self.interrupted: tuple[object, float] | None = None
+        self.abandoned: tuple[object, ...] = ()
         self.mode: Mode | None = None
         self.commands_sent = 0
         self.fences_sent = 0
@@ -184,6 +187,7 @@ class Host:
         if self._flights:
             first = self._flights[0]
             left = max(0.0, self._busy_until - now)
+            self.abandoned = tuple(flight.tag for flight in self._flights)
             self.interrupted = (first.tag, 1.0 - min(1.0, left / first.takes_s))
         self._queue.clear()
         self._flights.clear()

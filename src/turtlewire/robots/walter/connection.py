@@ -39,6 +39,7 @@ from turtlewire.protocols.walter.messages import (
 from turtlewire.robots.exact_pose import Step, Turn, wire_parts, with_rest
 from turtlewire.robots.frame import Frame
 from turtlewire.robots.session import Session
+from turtlewire.robots.walter.questions import Question, reported
 from turtlewire.robots.walter.whereabouts import UNIT_MM, Target, Whereabouts
 from turtlewire.turtle import HOME, Pose
 
@@ -60,17 +61,6 @@ MOVES = (Forward, Back)
 
 class _DisturbedError(Exception):
     """A limit event, or silence, came while the robot was being attended to: it has to be done again."""
-
-
-class _Question:
-    """A query whose answer somebody waits for."""
-
-    reply: RobotMessage | None = None
-    lost = False
-
-    def is_settled(self) -> bool:
-        """Whether there is an answer, or there will be none."""
-        return self.lost or self.reply is not None
 
 
 class Connection:
@@ -113,14 +103,14 @@ class Connection:
         if isinstance(event, Done):
             self.where.done(event.tag)
         elif isinstance(event, Answer):
-            if isinstance(event.tag, _Question):
+            if isinstance(event.tag, Question):
                 event.tag.reply = event.reply
             else:
                 self.where.compare(event.reply)
         elif isinstance(event, FenceLost):
             self.where.lost(event.uncertain)
             for tag in event.uncertain:
-                if isinstance(tag, _Question):
+                if isinstance(tag, Question):
                     tag.lost = True
         elif isinstance(event, Limit):
             self._limit = event.sensor
@@ -173,7 +163,7 @@ class Connection:
         for attempt in count(1):
             self._limit, self._silent = None, False
             self.where.forget()
-            malformed, question = host.malformed, _Question()
+            malformed, question = host.malformed, Question()
             host.attention(self.link.now())
             if not asks:
                 break
@@ -189,13 +179,15 @@ class Connection:
     async def _set_up(self) -> None:
         """After an attention: where the robot is, and its speed and pen as they should be."""
         host = self.host
-        self.where.place(await self._bearings())
-        host.interrupted = None
+        pose = await self._bearings()
+        self.where.cut_off(host.abandoned, pose)
+        self.where.place(pose)
+        host.interrupted, host.abandoned = None, ()
         host.submit(SetSpeed(self.speed))
         self.submit(PenDown() if self.pen_down else PenUp(), PEN_S)
         await self.until(lambda: host.unsent == 0)
 
-    async def _is_answered(self, question: _Question, deadline: float) -> bool:
+    async def _is_answered(self, question: Question, deadline: float) -> bool:
         stops = self._stops
         done = await self.session.until(lambda: bool(question.reply or stops != self._stops), deadline)
         self._raise_stop(stops)
@@ -255,10 +247,25 @@ class Connection:
         try:
             with contextlib.suppress(LinkError):
                 self.stop()
+                if self._connected and self.host.answers and self.host.abandoned:
+                    await self._ask_how_far()
+                    self.stop()
                 # Nothing more is expected: this lets the last bytes go out.
                 await self.session.until(lambda: False, self.link.now() + 150.0 / self.settings.baud)
         finally:
             await self.session.close()
+
+    async def _ask_how_far(self) -> None:
+        """The robot was cut off and stands: how far did it get? For the trace alone, so it may fail."""
+        host, now = self.host, self.link.now()
+        host.attention(now)
+        location, heading = Question(), Question()
+        host.submit(QueryLocation(), tag=location)
+        host.submit(QueryHeading(), tag=heading)
+        await self._is_answered(heading, now + self.settings.reply_timeout_s + 600.0 / self.settings.baud)
+        if location.reply is not None and heading.reply is not None:
+            pose = reported(location.reply, heading.reply)
+            self.where.cut_off(host.abandoned, self.where.frame.from_robot(pose))
 
     # ------------------------------------------------------------------ operations
 
@@ -339,7 +346,7 @@ class Connection:
     async def ask(self, query: LogoCommand) -> RobotMessage:
         """The robot's answer to a query, when everything before it is done."""
         for _ in range(MAX_ROUNDS):
-            question = _Question()
+            question = Question()
             self.host.submit(query, tag=question)
             await self.until(question.is_settled)
             if question.reply is not None:
@@ -353,12 +360,10 @@ class Connection:
     async def _ask_pose(self) -> Pose:
         """The robot's pose, asked for twice: an answer has no checksum, and what it says is believed."""
         for _ in range(MAX_ROUNDS):
-            location = await self.ask(QueryLocation())
-            headings = [await self.ask(QueryHeading())]
-            x, y = await self.ask(QueryX()), await self.ask(QueryY())
-            headings.append(await self.ask(QueryHeading()))
-            if (*x.values(), *y.values()) == location.values() and headings[0] == headings[1]:
-                return Pose(x.values()[0] * UNIT_MM, y.values()[0] * UNIT_MM, float(headings[0].values()[0]))
+            location, heading = await self.ask(QueryLocation()), await self.ask(QueryHeading())
+            x, y, again = await self.ask(QueryX()), await self.ask(QueryY()), await self.ask(QueryHeading())
+            if (*x.values(), *y.values()) == location.values() and heading == again:
+                return reported(location, heading)
         raise self._out_of_control()
 
     async def _raise_event(self) -> None:

@@ -34,6 +34,8 @@ LARGEST_MM = 16383.0
 # A robot that tells its pen wrong so often cannot tell it.
 MAX_PEN_DISAGREEMENTS = 3
 
+ALL_DONE = "an answer of the robot got lost; its pose shows that every motion was done"
+
 
 class Target(NamedTuple):
     """Where the robot is, and its pen, when a command is done. The heading is nan where it is not promised (C 0)."""
@@ -121,6 +123,18 @@ class Whereabouts:
             round(before.heading_deg + part * wrapped(after.heading_deg - before.heading_deg)) % 360.0,
         )
 
+    def cut_off(self, tags: tuple[object, ...], pose: Pose) -> None:
+        """The robot was stopped here, on its way through these: those before are done, if it is on that way at all."""
+        before = self.confirmed.pose
+        targets = [tag for tag in tags if isinstance(tag, Target)]
+        for i, target in enumerate(targets):
+            if _is_on_way(before, target.pose, pose):
+                for done in targets[:i]:
+                    self.done(done)
+                self.done(Target(pose, target.pen_down))
+                return
+            before = target.pose
+
     def place(self, pose: Pose) -> None:
         """The robot is here, and so is the turtle; what is finer than the robot can tell is kept."""
         exact, near = self.position.exact, pose
@@ -149,12 +163,9 @@ class Whereabouts:
         if matches(pose, expected):
             for target in uncertain:
                 self.done(target)
-            return (
-                [],
-                "an answer of the robot got lost; its pose shows that every motion was done"
-                if uncertain
-                else "",
-            )
+            if pose.distance_to(expected.x_mm, expected.y_mm) > TOLERANCE_MM:
+                self.arrived(pose, pen_down=self.confirmed.pen_down)
+            return [], ALL_DONE if uncertain else ""
         poses = [self.confirmed.pose, *(target.pose for target in uncertain)]
         last_done = max((i for i, p in enumerate(poses) if matches(pose, p)), default=len(uncertain))
         for target in uncertain[:last_done]:
@@ -197,4 +208,23 @@ def matches(pose: Pose, other: Pose) -> bool:
     return (
         pose.distance_to(other.x_mm, other.y_mm) <= 2 * TOLERANCE_MM
         and abs(wrapped(pose.heading_deg - other.heading_deg)) <= TOLERANCE_DEG
+    )
+
+
+def _is_on_way(start: Pose, end: Pose, pose: Pose) -> bool:
+    """Whether a robot that went (or turned) from one pose to another came through a third."""
+    way_mm = start.distance_to(end.x_mm, end.y_mm)
+    if way_mm == 0.0:
+        turn, turned = (
+            wrapped(end.heading_deg - start.heading_deg),
+            wrapped(pose.heading_deg - start.heading_deg),
+        )
+        is_between = min(0.0, turn) - TOLERANCE_DEG <= turned <= max(0.0, turn) + TOLERANCE_DEG
+        return is_between and pose.distance_to(end.x_mm, end.y_mm) <= TOLERANCE_MM
+    dx, dy = (end.x_mm - start.x_mm) / way_mm, (end.y_mm - start.y_mm) / way_mm
+    x, y = pose.x_mm - start.x_mm, pose.y_mm - start.y_mm
+    return (
+        -TOLERANCE_MM <= x * dx + y * dy <= way_mm + TOLERANCE_MM
+        and abs(x * dy - y * dx) <= TOLERANCE_MM
+        and abs(wrapped(pose.heading_deg - end.heading_deg)) <= TOLERANCE_DEG
     )
