@@ -1,0 +1,216 @@
+"""A robot at the other end of a link, driven by set-points: held for a time, ended by a stop, reckoned all along."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from turtlewire.errors import LinkClosedError, LinkError, StoppedError
+from turtlewire.robots.car.timed.reckoning import Motion, Reckoning
+from turtlewire.robots.car.timed.timed_host import SetPointHost, TimedHost
+from turtlewire.robots.session import Session
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.errors import TurtlewireError
+    from turtlewire.links.link import Link
+
+EventT = TypeVar("EventT")
+
+
+class TimedMotions(ABC, Generic[EventT]):
+    """What the drivers of such robots share.
+
+    Attributes:
+        link: to the robot.
+        account: where it is.
+        started: when the connection was made, on the link's clock.
+        trouble: what an event has told, to be raised by whoever waits, or by the next command.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        host: SetPointHost[EventT],
+        notify: Callable[[str], None],
+        *,
+        settle_s: float,
+        overrun_s: float,
+    ) -> None:
+        self.link = link
+        self.account = Reckoning()
+        self.started = link.now()
+        self.trouble: TurtlewireError | None = None
+        self._machine = host
+        self._timed: TimedHost[EventT] = TimedHost(host)
+        self._session: Session[EventT] = Session(link, self._timed, self._on_event)
+        self._notify = notify
+        self._settle_s = settle_s
+        self._overrun_s = overrun_s
+        self._stops = 0
+        self._is_holding = False
+        self._ended_at: float | None = None  # when the motion that is held was told to end
+        self._is_driven = False
+        self._closed = False
+
+    # ------------------------------------------------------------------ what each robot does its own way
+
+    @abstractmethod
+    def _on_event(self, event: EventT) -> None:
+        """Something came from the robot, or did not come in time; must neither wait nor raise."""
+
+    @abstractmethod
+    def _halt(self) -> None:
+        """Submit what lets the robot stand still; it stays as it is otherwise."""
+
+    async def _get_ready(self) -> None:
+        """Before every command: see to it that the robot takes commands."""
+
+    # ------------------------------------------------------------------ stopping
+
+    def abandon(self) -> None:
+        """Stop at once, ahead of everything; the turtle is where the robot is now. Raises ``LinkError``."""
+        self._stops += 1
+        now = self.link.now()
+        self._timed.clear_alarm()
+        self._is_driven = False
+        self.account.end(now)
+        self.account.settle()
+        self._machine.emergency_stop(now)
+        self._session.flush()
+
+    def _out_of_time(self, now: float) -> None:
+        """The set-point's time is up, and no newer one has come."""
+        self._is_driven = False
+        self.account.end(now)
+        self.account.settle()
+        self._machine.emergency_stop(now)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the connection is over: closed, or the link has ended."""
+        return self._closed or self._session.failed
+
+    async def let_go(self, last_bytes_s: float) -> None:
+        """Stop the robot, if it can be reached, let the last bytes go out, and close the link."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            with contextlib.suppress(LinkError):
+                await self._part(last_bytes_s)
+        finally:
+            await self._session.close()
+
+    async def _part(self, last_bytes_s: float) -> None:
+        self.abandon()
+        await self._session.until(lambda: False, self.link.now() + last_bytes_s)
+
+    # ------------------------------------------------------------------ waiting
+
+    async def _ready(self) -> None:
+        """Before every command. Raises what an event has told meanwhile, and what ``_get_ready`` raises."""
+        if self._closed:
+            raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
+        self._raise_trouble()
+        await self._get_ready()
+
+    def _raise_trouble(self) -> None:
+        trouble, self.trouble = self.trouble, None
+        if trouble is not None:
+            self.account.settle()
+            raise trouble
+
+    async def _until(self, condition: Callable[[], bool], deadline: float = math.inf) -> None:
+        """Wait; and raise what comes meanwhile: a stop, an error."""
+        stops = self._stops
+        await self._session.until(
+            lambda: condition() or self.trouble is not None or stops != self._stops, deadline
+        )
+        if stops != self._stops:
+            raise StoppedError(
+                "the robot was stopped, or driven by hand: what it was doing, and what was waiting, is abandoned"
+            )
+        self._raise_trouble()
+
+    async def _pause(self, seconds: float) -> None:
+        if seconds > 0.0:
+            await self._until(lambda: False, self.link.now() + seconds)
+
+    # ------------------------------------------------------------------ motions
+
+    async def _told(self, submit: Callable[[], None]) -> float:
+        """Submit something, and wait until it goes out; when that was."""
+        await self._until(lambda: self._machine.idle)
+        self._timed.mark()
+        submit()
+        await self._until(lambda: self._timed.sent_at is not None)
+        assert self._timed.sent_at is not None
+        return self._timed.sent_at
+
+    async def _hold(
+        self, motion: Motion, seconds: float, submit: Callable[[], None], *, is_drawn: bool = True
+    ) -> None:
+        """Let the robot move so for so long, and stand still again; reckon where that has brought it.
+
+        However it ends, the robot does not go on. Raises what ``_until`` raises.
+        """
+        # What it coasts belongs to the motion: it is told to stop so much earlier.
+        held_s = max(0.0, seconds - self._overrun_s)
+
+        def end(now: float) -> None:
+            self._timed.mark()
+            self._halt()
+            self._ended_at = now
+
+        self._is_holding, self._ended_at = True, None
+        try:
+            start = await self._told(submit)
+            self.account.begin(motion, start, is_drawn=is_drawn)
+            self._timed.set_alarm(start + held_s, end)
+            await self._until(lambda: self._ended_at is not None and self._machine.idle)
+            assert self._timed.sent_at is not None
+            self.account.end(self._timed.sent_at + self._overrun_s)
+            await self._pause(self._settle_s)
+        except StoppedError:
+            raise  # by somebody who has seen to it, and may be driving by hand already
+        except BaseException:
+            with contextlib.suppress(LinkError):
+                self.abandon()
+            raise
+        finally:
+            self._is_holding = False
+
+    # ------------------------------------------------------------------ by hand
+
+    def _drive(self, motion: Motion, submit: Callable[[], None]) -> None:
+        """Let the robot move so until told otherwise. Takes it away from a program that moves it."""
+        if self._is_holding:
+            self._stops += 1
+            self._timed.clear_alarm()
+        submit()
+        self.account.begin(motion, self.link.now())
+        self.account.settle()
+        self._is_driven = True
+        self._session.flush()
+
+    def _expire(self, valid_s: float | None) -> None:
+        """Have what was just told end after so long, unless something newer comes; None: it goes on."""
+        if valid_s is None:
+            self._timed.clear_alarm()
+        else:
+            self._timed.set_alarm(self.link.now() + valid_s, self._out_of_time)
+
+    async def _take_over(self) -> None:
+        """Before a motion of the turtle: whoever drove by hand does not any more; it starts where that ended."""
+        if not self._is_driven:
+            return
+        self._timed.clear_alarm()
+        self._is_driven = False
+        self.account.end(await self._told(self._halt))
+        await self._until(lambda: self._machine.idle)
+        await self._pause(self._settle_s)
+        self.account.settle()
