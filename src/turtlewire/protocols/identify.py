@@ -158,21 +158,27 @@ def _number(count: int, what: str) -> str:
 
 
 def _walter(data: bytes) -> list[_Explanation]:
-    hosts = [_walter_host(data, mode) for mode in ("logo", "direct")]
+    # Noise that happens to be the key for Logo control must not hide the keys behind it.
+    hosts = [_walter_host(data, "logo", 0)]
+    hosts += [
+        _walter_host(data, "direct", start) for start in sorted({0, min(64, len(data)), len(data) // 2})
+    ]
     reading = _walter_reading(data, "robot", "logo")
     robot = _Explanation("walter", "robot", {}, reading.bits(11), reading.reasons(len(data)))
     return [min(hosts, key=lambda explanation: explanation.bits), robot]
 
 
-def _walter_host(data: bytes, mode: str) -> _Explanation:
+def _walter_host(data: bytes, mode: str, start: int) -> _Explanation:
+    """What a host says, if that begins after so many bytes of noise, in this mode."""
     from turtlewire.protocols.walter.messages import DIRECT_KEYS
 
-    reading = _walter_reading(data, "host", mode)
+    reading = _walter_reading(data[start:], "host", mode)
+    reading.noise.update(data[:start])
     keys = {key.name() for key in DIRECT_KEYS}
     in_direct = sum(n for name, n in reading.types.items() if name in keys)
     in_logo = reading.types.total() - in_direct
     reasons = (*reading.reasons(len(data)), f"{in_logo} in Logo control, {in_direct} in direct control")
-    return _Explanation("walter", "host", {"mode": mode}, reading.bits(40) + 1.0, reasons)
+    return _Explanation("walter", "host", {"mode": mode}, reading.bits(40) + 2.0, reasons)
 
 
 def _walter_reading(data: bytes, sender: Sender, mode: str) -> _Reading:
@@ -255,11 +261,12 @@ def _frame(data: bytes) -> list[_Explanation]:
         checksum: [(at, frame) for at, frame in candidates if checksum.fits(frame)] for checksum in CHECKSUMS
     }
     most = max(map(len, fits.values()))
-    if not most:
-        return [_chained(data, candidates)]
+    chain = _chain(data, candidates)
+    if 2 * most < len(chain) or not most:
+        return [_chained(data, chain)]
     # Those that come first are the likelier ones where several fit: the default, then by coverage.
     best = [checksum for checksum in sorted(CHECKSUMS, key=_unlikely) if len(fits[checksum]) == most]
-    return [_framed(data, fits[best[0]], best), _chained(data, candidates)]
+    return [_framed(data, fits[best[0]], best)]
 
 
 def _unlikely(checksum: Checksum) -> tuple[bool, int]:
@@ -289,8 +296,8 @@ def _framed(data: bytes, found: list[tuple[int, bytes]], fitting: list[Checksum]
     return _Explanation("frame", sender, settings, bits, (*reading.reasons(len(data)), crc, what))
 
 
-def _chained(data: bytes, candidates: list[tuple[int, bytes]]) -> _Explanation:
-    """Frames that are known only by standing one behind the other: the CRC is none of the catalogue's."""
+def _chain(data: bytes, candidates: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+    """Frames that stand one behind the other, whatever their CRC."""
     frames = []
     end = 0
     for at, frame in candidates:
@@ -298,6 +305,11 @@ def _chained(data: bytes, candidates: list[tuple[int, bytes]]) -> _Explanation:
         if at >= end and (behind == len(data) or data[behind] == _MAGIC):
             frames.append((at, frame))
             end = behind
+    return frames
+
+
+def _chained(data: bytes, frames: list[tuple[int, bytes]]) -> _Explanation:
+    """Frames that are known by nothing else: their CRC is none of the catalogue's."""
     reading = _frames_reading(data, frames, crc_is_known=False)
     reasons = (*reading.reasons(len(data)), "frame stands behind frame, but no known CRC-8 fits them")
     return _Explanation("frame", None, {}, _frames_bits(reading), reasons)
