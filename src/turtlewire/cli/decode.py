@@ -54,6 +54,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument("--hex", action="store_true", help="the file is hexadecimal text")
     parser.add_argument("--json", action="store_true", help="print a JSON object a line")
     wire.add_settings(parser)
+    wire.intermix(parser)
     parser.set_defaults(execute=execute)
 
 

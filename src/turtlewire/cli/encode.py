@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from turtlewire.cli import options, output, wire
-from turtlewire.errors import DataError
+from turtlewire.errors import DataError, MessageError
 
 if TYPE_CHECKING:
     import argparse
@@ -51,6 +51,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "--json", action="store_true", help="lines of JSON come, as decode --json prints them"
     )
     wire.add_settings(parser)
+    wire.intermix(parser)
     parser.set_defaults(execute=execute)
 
 
@@ -90,13 +91,26 @@ def _texts(words: list[str], codec: Codec) -> Iterator[str]:
     """The messages in the arguments: each begins with a name, and a shell may have split it at blanks."""
     text = ""
     for word in words:
-        first = word.split()[:1]
-        if text and not text.endswith(";") and first and first[0].rstrip(";").lower() in codec.names():
+        if text and not text.endswith(";") and _begins(word, text, codec):
             yield text
             text = word
         else:
             text = f"{text} {word}".strip()
     yield text
+
+
+def _begins(word: str, text: str, codec: Codec) -> bool:
+    """Whether a message begins with a word, rather than that one more goes to the text before it."""
+    first = word.split()[:1]
+    if first and first[0].rstrip(";").lower() in codec.names():
+        return True
+    if not word[:1].isalpha() or "=" in word:
+        return False
+    try:
+        codec.parse(text)
+    except MessageError:
+        return False
+    return True  # that one is complete, so this must be meant for a name
 
 
 def _lines(pieces: Iterable[bytes]) -> Iterator[list[tuple[int, str]]]:

@@ -12,7 +12,7 @@ from turtlewire.errors import DataError
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
     from typing import Self
 
     from rich.progress import Progress
@@ -33,6 +33,22 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--coverage", metavar="FROM", help="frame: magic, seq, size or payload (the dialect's)"
     )
+
+
+def intermix(parser: argparse.ArgumentParser) -> None:
+    """Let options stand anywhere: argparse takes an argument that may be missing for missing at the first option."""
+
+    def parse(
+        arguments: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        # The intermixed way takes the plain one twice.
+        del vars(parser)["parse_known_args"]
+        try:
+            return parser.parse_known_intermixed_args(arguments, namespace)
+        finally:
+            vars(parser)["parse_known_args"] = parse
+
+    vars(parser)["parse_known_args"] = parse
 
 
 def codec(arguments: argparse.Namespace) -> Codec:
