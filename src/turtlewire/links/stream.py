@@ -90,7 +90,9 @@ class StreamLink(Link, asyncio.Protocol):
             self._something.clear()
             timeout = None if until == math.inf else max(0.0, until - time.monotonic())
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._something.wait(), timeout)
+                # Not wait_for, which in Python 3.11 can swallow a cancellation.
+                async with asyncio.timeout(timeout):
+                    await self._something.wait()
         if not self._received and self._ended is not None:
             raise LinkClosedError(self._ended)
         data = bytes(self._received)

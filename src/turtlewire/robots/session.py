@@ -71,14 +71,14 @@ class Session(Generic[EventT]):
         return self._failure is not None
 
     def flush(self) -> None:
-        """Send what the machine wants sent. Raises ``LinkClosedError``."""
-        if self._failure is not None:
-            raise self._failure
+        """Send what the machine wants sent; a stop even when nobody pumps any more. Raises ``LinkClosedError``."""
         try:
             urgent = self._host.urgent_to_send()
             if urgent:
                 self.bytes_sent += len(urgent)
                 self.link.write_urgent(urgent)
+            if self._failure is not None:
+                raise self._failure
             data = self._host.data_to_send(self.link.now())
             if data:
                 self.bytes_sent += len(data)
@@ -162,4 +162,6 @@ class Session(Generic[EventT]):
         assert self._changed is not None
         timeout = None if deadline == math.inf else max(0.0, deadline - self.link.now())
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._changed.wait(), timeout)
+            # Not wait_for, which in Python 3.11 can swallow a cancellation.
+            async with asyncio.timeout(timeout):
+                await self._changed.wait()

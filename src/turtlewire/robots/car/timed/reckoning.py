@@ -54,6 +54,7 @@ class Reckoning:
         pen_down: whether the pen is.
         trace: the way that the robot has gone, by reckoning.
         distance_mm: how far its place has moved, there and back counted.
+        rolled_mm, rotated_deg: how far it has moved and turned, ahead less back, clockwise less counter-clockwise.
     """
 
     def __init__(self) -> None:
@@ -61,6 +62,8 @@ class Reckoning:
         self.pen_down = True
         self.trace = Trace()
         self.distance_mm = 0.0
+        self.rolled_mm = 0.0
+        self.rotated_deg = 0.0
         self._robot = HOME
         self._owed_deg = 0.0
         self._motion = STILL
@@ -76,7 +79,7 @@ class Reckoning:
 
     def begin(self, motion: Motion, now: float, *, is_drawn: bool = True) -> None:
         """From now on the robot moves so, instead of what it did. ``is_drawn``: the trace shows it."""
-        self._advance(now)
+        self.update(now)
         self._motion, self._is_drawn = motion, is_drawn
 
     def end(self, now: float) -> None:
@@ -93,13 +96,14 @@ class Reckoning:
         return self._robot
 
     def place(self, pose: Pose) -> None:
-        """The robot is here, as something better than reckoning tells (odometry); it stands still."""
+        """The robot is here, as something better than reckoning tells."""
         self._draw(pose)
 
     def _elapsed(self, now: float) -> float:
         return max(0.0, now - self._since) if self.is_moving else 0.0
 
-    def _advance(self, now: float) -> None:
+    def update(self, now: float) -> None:
+        """The robot has gone on as it does until now."""
         seconds = self._elapsed(now)
         if seconds:
             pieces = max(1, math.ceil(abs(self._motion.turn_deg_per_s) * seconds / INK_DEG))
@@ -108,6 +112,8 @@ class Reckoning:
                 self._draw(self._motion.after(start, seconds * piece / pieces))
             self._owed_deg -= self._motion.turn_deg_per_s * seconds
             self.distance_mm += abs(self._motion.speed_mm_per_s) * seconds
+            self.rolled_mm += self._motion.speed_mm_per_s * seconds
+            self.rotated_deg += self._motion.turn_deg_per_s * seconds
         self._since = now
 
     def _draw(self, pose: Pose) -> None:
