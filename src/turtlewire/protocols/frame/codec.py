@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Literal
 import msgspec
 
 from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT
-from turtlewire.protocols.frame.layout import Shape, alike, following, keeping, keeps, layouts, shape_of
+from turtlewire.protocols.frame.layout import (
+    Shape,
+    alike,
+    following,
+    keeping,
+    keeps,
+    layouts,
+    right_crcs,
+    shape_of,
+)
 from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_PAYLOAD, OVERHEAD, FrameMessage
 from turtlewire.protocols.message import Malformed
 
@@ -166,6 +175,7 @@ class FrameDecoder:
         self.statistics = Statistics()
         self._layouts = layouts(dialect, direction)
         self._crc = dialect.checksum.algorithm.crc
+        self._step = dialect.checksum.algorithm.table()
         self._residue = dialect.checksum.algorithm.residue
         self._first = dialect.checksum.coverage.first
         self._timeout_s = timeout_s
@@ -332,13 +342,12 @@ class FrameDecoder:
         hoped = count
         count = alike(buffer, at, count, shape)
         count = following(buffer[at + 1 : at + count * size : size], self._due)
-        raws = [buffer[n : n + size] for n in range(at, at + count * size, size)]
-        covered = [raw[self._first :] for raw in raws] if self._first else raws
-        residues = bytes(map(self._crc, covered))
-        count -= len(residues.lstrip(bytes((self._residue,))))
+        if count:
+            count = right_crcs(buffer, at, count, size, self.dialect.checksum, self._step)
         rows = [list(fields.iter_unpack(buffer[at : at + count * size])) for _, _, fields in shape.parts]
         for (_, limits, _), values in zip(shape.parts, rows, strict=True):
             count = min(count, keeping(limits, values))
+        raws = [buffer[n : n + size] for n in range(at, at + count * size, size)]
         offsets = range(self._offset + at, self._offset + at + count * size, size)
         columns = [starmap(part[0], values[:count]) for part, values in zip(shape.parts, rows, strict=True)]
         if columns:

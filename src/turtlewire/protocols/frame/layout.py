@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
 from struct import Struct
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from turtlewire.protocols.frame.dialect import field_letters
-from turtlewire.protocols.frame.message import HEADER, FrameMessage
+from turtlewire.protocols.frame.message import HEADER, MAX_FRAME, FrameMessage
 from turtlewire.protocols.message import KINDS, Field
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from turtlewire.protocols.checksums import Checksum
     from turtlewire.protocols.frame.dialect import Dialect
 
 # Sequence numbers in a row are compared with a piece of this.
@@ -137,3 +139,28 @@ def following(seqs: bytes, due: int) -> int:
         if not _SEQS.startswith(piece, due):
             return at + next(n for n, seq in enumerate(piece) if seq != _SEQS[due + n])
     return len(seqs)
+
+
+@cache
+def _after_zeros(step: bytes) -> tuple[bytes, ...]:
+    """What a byte has become in the register when so many bytes of zeros have followed it: 0, 1, 2 ..."""
+    rows = [step]
+    while len(rows) < MAX_FRAME:
+        rows.append(rows[-1].translate(step))
+    return tuple(rows)
+
+
+def right_crcs(buffer: bytes, at: int, count: int, size: int, checksum: Checksum, step: bytes) -> int:
+    """How many of ``count`` frames of one size have a right CRC, up to the first that has not.
+
+    A CRC is linear but for what its initial value and final XOR add: the frames' first bytes are taken through the
+    register together, then their second ones, and so on, and summed up. ``step`` is the algorithm's table.
+    """
+    algorithm, first = checksum.algorithm, checksum.coverage.first
+    rows = _after_zeros(step)
+    total = 0
+    for place in range(first, size):
+        column = buffer[at + place : at + count * size : size]
+        total ^= int.from_bytes(column.translate(rows[size - 1 - place]), "little")
+    left = algorithm.residue ^ algorithm.crc(bytes(size - first))
+    return count - len(total.to_bytes(count, "little").lstrip(bytes((left,))))

@@ -1,0 +1,489 @@
+"""Decoding frames, against what people use instead: thousand frames a second, side by side in one run.
+
+python benchmarks/frame_decoding.py    (needs the extras ``bulk`` and ``bench``)
+
+The workload: one message a frame, fed in pieces of 4,096 bytes; payloads of 3 bytes (type and two u8: 7-byte frames),
+of 20 and of 124 bytes. Every peer gets the same field values in its own format and decodes all of them, and the values
+are compared. What is timed is decoding a piece, and reading every field of every message in it once, as a program
+does (some peers put the work off until then). What a peer gives, its line says: "typed" are objects with named
+fields, "tuples" and "bytes" leave the names to the caller.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import io
+import itertools
+import operator
+import random
+import struct
+import sys
+import tempfile
+import time
+import tracemalloc
+from collections import deque
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import fastcrc
+import msgspec
+
+from turtlewire.protocols.frame import bulk
+from turtlewire.protocols.frame.codec import Frame, FrameDecoder, FrameEncoder
+from turtlewire.protocols.frame.dialect import Dialect, read_dialect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+PIECE = 4096
+ROUNDS = 5
+cobs: Any = importlib.import_module("cobs.cobs")
+crc8 = fastcrc.crc8.smbus
+
+
+class Load(NamedTuple):
+    """A workload: the letters of the fields in the struct module's language, and values for every frame."""
+
+    title: str
+    letters: str
+    values: list[tuple[int, ...]]
+
+    @property
+    def names(self) -> list[str]:
+        """What the fields are called."""
+        return [f"f{n}" for n in range(len(self.letters))]
+
+
+class Runner(NamedTuple):
+    """A decoder under test: what it gives, and how to decode a stream, piece by piece; how to read a frame's values."""
+
+    title: str
+    gives: str
+    data: bytes
+    frames: int
+    decode: Callable[[list[bytes]], Iterator[list[Any]]]
+    values: Callable[[Any], Any]
+
+
+def pieces(data: bytes) -> list[bytes]:
+    """A stream in the pieces that it is fed in."""
+    return [data[at : at + PIECE] for at in range(0, len(data), PIECE)]
+
+
+# --------------------------------------------------------------------------------------------------- ourselves
+
+
+def dialect_for(load: Load) -> Dialect:
+    """A dialect with the one message."""
+    kinds = {"B": "u8", "H": "u16", "I": "u32"}
+    fields = ", ".join(
+        f'{{ name = "{n}", kind = "{kinds[k]}" }}' for n, k in zip(load.names, load.letters, strict=True)
+    )
+    return read_dialect(
+        'protocol = "frame"\ndialect = "bench"\n[[message]]\nname = "Load"\ntype = 1\n'
+        f'direction = "to robot"\nfields = [{fields}]\n'
+    )
+
+
+def ours(load: Load) -> Iterator[Runner]:
+    """The streaming decoder, and the bulk one."""
+    dialect = dialect_for(load)
+    encoder = FrameEncoder(dialect)
+    made = [dialect["Load"](*values) for values in load.values]
+    data = b"".join(frame for message in made for frame in encoder.encode([message]))
+
+    def stream(chunks: list[bytes]) -> Iterator[list[Any]]:
+        decoder = FrameDecoder(dialect)
+        for chunk in chunks:
+            yield decoder.receive_data(chunk)
+
+    fields = operator.attrgetter(*load.names)
+
+    def of_frame(item: Frame) -> Any:
+        return fields(item.messages[0])
+
+    yield Runner("turtlewire, streaming", "typed", data, len(made), stream, of_frame)
+
+    def at_once(_: list[bytes]) -> Iterator[list[Any]]:
+        columns = bulk.decode(data, dialect).messages[dialect["Load"]]
+        yield [columns.fields]
+
+    def of_columns(fields: dict[str, Any]) -> tuple[int, ...]:
+        return tuple(itertools.chain(*zip(*(column.tolist() for column in fields.values()), strict=True)))
+
+    yield Runner("turtlewire, bulk", "columns", data, len(made), at_once, of_columns)
+
+
+def plain_state_machine(load: Load) -> Iterator[Runner]:
+    """One byte after the other, as firmware would: (seq, payload)."""
+    table = [crc8(bytes([byte])) for byte in range(256)]
+    dialect = dialect_for(load)
+    encoder = FrameEncoder(dialect)
+    made = [dialect["Load"](*values) for values in load.values]
+    data = b"".join(frame for message in made for frame in encoder.encode([message]))
+    layout = struct.Struct(">x" + load.letters)
+
+    def decode(chunks: list[bytes]) -> Iterator[list[Any]]:
+        state = seq = size = crc = 0
+        payload = bytearray()
+        for chunk in chunks:
+            out = []
+            for byte in chunk:
+                if state == 3:
+                    payload.append(byte)
+                    crc = table[crc ^ byte]
+                    if len(payload) == size:
+                        state = 4
+                elif state == 0:
+                    if byte == 0xA3:
+                        crc = table[byte]
+                        state = 1
+                elif state == 1:
+                    seq = byte
+                    crc = table[crc ^ byte]
+                    state = 2
+                elif state == 2:
+                    if byte > 124:
+                        state = 0
+                    else:
+                        size = byte
+                        crc = table[crc ^ byte]
+                        payload = bytearray()
+                        state = 3 if size else 4
+                else:
+                    if byte == crc:
+                        out.append((seq, bytes(payload)))
+                    state = 0
+            yield out
+
+    yield Runner("plain state machine", "bytes", data, len(made), decode, lambda item: layout.unpack(item[1]))
+
+
+# ------------------------------------------------------------------------------------------------------- peers
+
+
+def cobs_crc_struct(load: Load) -> Iterator[Runner]:
+    """COBS in C, a CRC in Rust, struct: put together by hand; as tuples, and as typed objects."""
+    layout = struct.Struct(">" + load.letters)
+    bodies = [layout.pack(*values) for values in load.values]
+    data = b"".join(cobs.encode(body + bytes([crc8(body)])) + b"\0" for body in bodies)
+    made: Any = msgspec.defstruct("Made", [(name, int) for name in load.names], frozen=True, gc=False)
+
+    def tuples(chunks: list[bytes]) -> Iterator[list[Any]]:
+        rest = b""
+        for chunk in chunks:
+            out = []
+            *frames, rest = (rest + chunk).split(b"\0")
+            for frame in frames:
+                body = cobs.decode(frame)
+                if not crc8(body):
+                    out.append(layout.unpack_from(body))
+            yield out
+
+    def typed(chunks: list[bytes]) -> Iterator[list[Any]]:
+        rest = b""
+        for chunk in chunks:
+            out = []
+            *frames, rest = (rest + chunk).split(b"\0")
+            for frame in frames:
+                body = cobs.decode(frame)
+                if not crc8(body):
+                    out.append(made(*layout.unpack_from(body)))
+            yield out
+
+    yield Runner("cobs + fastcrc + struct", "tuples", data, len(bodies), tuples, tuple)
+    yield Runner(
+        "cobs + fastcrc + struct + msgspec",
+        "typed",
+        data,
+        len(bodies),
+        typed,
+        operator.attrgetter(*load.names),
+    )
+
+
+def protobuf_cobs(load: Load) -> Iterator[Runner]:
+    """Protocol buffers (in C) in COBS, with the same CRC."""
+    descriptor_pb2: Any = importlib.import_module("google.protobuf.descriptor_pb2")
+    descriptor_pool: Any = importlib.import_module("google.protobuf.descriptor_pool")
+    message_factory: Any = importlib.import_module("google.protobuf.message_factory")
+
+    file = descriptor_pb2.FileDescriptorProto(name=f"bench{len(load.letters)}.proto", package="bench")
+    described = file.message_type.add(name=f"Load{len(load.letters)}")
+    for number, name in enumerate(load.names, 1):
+        described.field.add(
+            name=name,
+            number=number,
+            type=descriptor_pb2.FieldDescriptorProto.TYPE_UINT32,
+            label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL,
+        )
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(file)
+    made: Any = message_factory.GetMessageClass(pool.FindMessageTypeByName(f"bench.{described.name}"))
+    bodies = [
+        made(**dict(zip(load.names, values, strict=True))).SerializeToString() for values in load.values
+    ]
+    data = b"".join(cobs.encode(body + bytes([crc8(body)])) + b"\0" for body in bodies)
+    read = made.FromString
+
+    def decode(chunks: list[bytes]) -> Iterator[list[Any]]:
+        rest = b""
+        for chunk in chunks:
+            out = []
+            *frames, rest = (rest + chunk).split(b"\0")
+            for frame in frames:
+                body = cobs.decode(frame)
+                if not crc8(body):
+                    out.append(read(body[:-1]))
+            yield out
+
+    yield Runner(
+        "protobuf + cobs + fastcrc",
+        "typed",
+        data,
+        len(bodies),
+        decode,
+        operator.attrgetter(*load.names),
+    )
+
+
+def mavlink(load: Load) -> Iterator[Runner]:
+    """The Python code that mavgen makes for a dialect with this message."""
+    mavgen: Any = importlib.import_module("pymavlink.generator.mavgen")
+    mavparse: Any = importlib.import_module("pymavlink.generator.mavparse")
+
+    kinds = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t"}
+    fields = "".join(
+        f'<field type="{kinds[k]}" name="{n}">x</field>'
+        for n, k in zip(load.names, load.letters, strict=True)
+    )
+    name = f"mavlink_bench{len(load.letters)}"
+    with tempfile.TemporaryDirectory() as folder:
+        xml = Path(folder) / "bench.xml"
+        xml.write_text(
+            '<?xml version="1.0"?><mavlink><version>3</version><messages>'
+            f'<message id="150" name="LOAD"><description>x</description>{fields}</message></messages></mavlink>'
+        )
+        options = mavgen.Opts(
+            str(Path(folder) / name), wire_protocol=mavparse.PROTOCOL_2_0, language="Python3", validate=False
+        )
+        with contextlib.redirect_stdout(io.StringIO()):
+            mavgen.mavgen(options, [str(xml)])
+        sys.path.insert(0, folder)
+        made: Any = importlib.import_module(name)
+        sys.path.remove(folder)
+    link = made.MAVLink(None)
+    count = min(len(load.values), 20_000)
+    data = b"".join(made.MAVLink_load_message(*values).pack(link) for values in load.values[:count])
+
+    def decode(chunks: list[bytes]) -> Iterator[list[Any]]:
+        reader = made.MAVLink(None)
+        for chunk in chunks:
+            yield reader.parse_buffer(bytearray(chunk)) or []
+
+    yield Runner(
+        "pymavlink",
+        "typed",
+        data,
+        count,
+        decode,
+        operator.attrgetter(*load.names),
+    )
+
+
+def construct_compiled(load: Load) -> Iterator[Runner]:
+    """Construct's compiled parser for a whole frame of ours, found by its magic, CRC by fastcrc."""
+    construct: Any = importlib.import_module("construct")
+
+    kinds = {"B": construct.Int8ub, "H": construct.Int16ub, "I": construct.Int32ub}
+    frame = construct.Struct(
+        "magic" / construct.Const(b"\xa3"),
+        "seq" / construct.Int8ub,
+        "size" / construct.Int8ub,
+        "type" / construct.Int8ub,
+        *(name / kinds[letter] for name, letter in zip(load.names, load.letters, strict=True)),
+        "crc" / construct.Int8ub,
+    ).compile()
+    dialect = dialect_for(load)
+    encoder = FrameEncoder(dialect)
+    count = min(len(load.values), 10_000)
+    made = [dialect["Load"](*values) for values in load.values[:count]]
+    data = b"".join(bytes_ for message in made for bytes_ in encoder.encode([message]))
+
+    def decode(chunks: list[bytes]) -> Iterator[list[Any]]:
+        rest = b""
+        for chunk in chunks:
+            out = []
+            buffer = rest + chunk
+            at = 0
+            while True:
+                at = buffer.find(b"\xa3", at)
+                if at < 0 or at + 3 > len(buffer) or at + buffer[at + 2] + 4 > len(buffer):
+                    break
+                stop = at + buffer[at + 2] + 4
+                raw = buffer[at:stop]
+                if crc8(raw):
+                    at += 1
+                else:
+                    out.append(frame.parse(raw))
+                    at = stop
+            rest = buffer[at:] if at >= 0 else b""
+            yield out
+
+    yield Runner(
+        "construct, compiled, + fastcrc",
+        "typed",
+        data,
+        count,
+        decode,
+        operator.itemgetter(*load.names),
+    )
+
+
+class Wire:
+    """What pySerialTransfer takes for its serial port."""
+
+    is_open = True
+
+    def __init__(self) -> None:
+        self.buffer = b""
+        self.at = 0
+        self.written = bytearray()
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes to read."""
+        return len(self.buffer) - self.at
+
+    def read(self, size: int = 1) -> bytes:
+        """Some of them."""
+        data = self.buffer[self.at : self.at + size]
+        self.at += len(data)
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Keep what is sent."""
+        self.written += bytes(data)
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+def serial_transfer(load: Load) -> Iterator[Runner]:
+    """PySerialTransfer on a wire in memory; its payload read with struct."""
+    transfer: Any = importlib.import_module("pySerialTransfer.pySerialTransfer")
+
+    layout = struct.Struct("<" + load.letters)
+    count = min(len(load.values), 5_000)
+
+    def link(wire: Wire) -> Any:
+        made = transfer.SerialTransfer("none", restrict_ports=False)
+        made.connection = wire
+        return made
+
+    wire = Wire()
+    sender = link(wire)
+    for values in load.values[:count]:
+        body = layout.pack(*values)
+        sender.tx_buff[: len(body)] = list(body)
+        sender.send(len(body))
+    data = bytes(wire.written)
+
+    def decode(chunks: list[bytes]) -> Iterator[list[Any]]:
+        wire = Wire()
+        reader = link(wire)
+        for chunk in chunks:
+            out = []
+            wire.buffer, wire.at = wire.buffer[wire.at :] + chunk, 0
+            while wire.in_waiting:
+                if reader.available():
+                    out.append(layout.unpack(bytes(reader.rx_buff[: layout.size])))
+            yield out
+
+    yield Runner("pySerialTransfer", "tuples", data, count, decode, tuple)
+
+
+PEERS = (
+    ours,
+    plain_state_machine,
+    cobs_crc_struct,
+    protobuf_cobs,
+    mavlink,
+    construct_compiled,
+    serial_transfer,
+)
+
+# --------------------------------------------------------------------------------------------------- measuring
+
+
+def check(runner: Runner, load: Load) -> None:
+    """What comes out must be what went in."""
+    items = list(itertools.chain.from_iterable(runner.decode(pieces(runner.data))))
+    want = load.values[: runner.frames]
+    if runner.gives == "columns":
+        assert runner.values(items[0]) == tuple(itertools.chain(*want)), runner.title
+    else:
+        assert [tuple(runner.values(item)) for item in items] == want, runner.title
+
+
+def seconds(runner: Runner) -> float:
+    """How long one round takes."""
+    chunks = pieces(runner.data)
+    gc.collect()
+    begin = time.perf_counter()
+    for piece in runner.decode(chunks):
+        if runner.gives not in ("tuples", "columns"):
+            deque(map(runner.values, piece), maxlen=0)
+    return time.perf_counter() - begin
+
+
+def peak_bytes(load: Load, times: int) -> int:
+    """The most memory that the streaming decoder holds over a stream, its items dropped as they come."""
+    (runner, _) = ours(load)
+    chunks = pieces(runner.data) * times
+    decoder = FrameDecoder(dialect_for(load))
+    for chunk in chunks[: len(chunks) // 2]:
+        decoder.receive_data(chunk)
+    tracemalloc.start()
+    for chunk in chunks:
+        decoder.receive_data(chunk)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
+
+
+def main() -> None:
+    """Measure and print."""
+    chance = random.Random(1)
+    tops = {"B": 256, "H": 1 << 16, "I": 1 << 32}
+    for title, letters, count in (
+        ("7-byte frames: type, 2 x u8", "BB", 100_000),
+        ("20-byte payloads: type, u8, u16, 4 x u32", "BHIIII", 60_000),
+        ("124-byte payloads: type, u8, u16, 30 x u32", "BH" + "I" * 30, 20_000),
+    ):
+        values = [tuple(chance.randrange(tops[letter]) for letter in letters) for _ in range(count)]
+        load = Load(title, letters, values)
+        print(f"\n{title}; {count} frames")
+        runners = list(itertools.chain.from_iterable(peer(load) for peer in PEERS))
+        for runner in runners:
+            check(runner, load)
+        # Round by round, so that whatever else the machine does hits all alike.
+        rounds = [[seconds(runner) for runner in runners] for _ in range(ROUNDS)]
+        bests = map(min, zip(*rounds, strict=True))
+        rates = {runner.title: runner.frames / best for runner, best in zip(runners, bests, strict=True)}
+        gives = {runner.title: runner.gives for runner in runners}
+        base = rates["turtlewire, streaming"]
+        print(f"  {'':36}{'gives':9}{'k frames/s':>11}{'streaming is':>15}{'bulk is':>12}")
+        for name, rate in rates.items():
+            bulk_times = rates["turtlewire, bulk"] / rate
+            print(
+                f"  {name:36}{gives[name]:9}{rate / 1000:>11,.0f}{base / rate:>13.1f} x{bulk_times:>10.1f} x"
+            )
+        short, long = peak_bytes(load, 2), peak_bytes(load, 10)
+        print(f"  memory of streaming, peak: {short:,} bytes; for a stream 5 times as long {long:,} bytes")
+
+
+if __name__ == "__main__":
+    main()
