@@ -8,6 +8,7 @@ MAKEFLAGS += --no-builtin-rules
 BIN := .venv/bin
 RUNTIME := .venv/.stamp-runtime
 DEV := .venv/.stamp-dev
+BENCH := .venv/.stamp-bench
 IS_RECENT := 'import sys; sys.exit(sys.version_info < (3, 11))'
 PIP_INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check --no-input
 PICTURES := $(patsubst examples/%.logo,docs/pictures/%.svg,$(wildcard examples/*.logo))
@@ -43,7 +44,7 @@ format: $(DEV) ## format the Python code
 nightly: $(DEV) ## the long tests
 	@$(BIN)/python -m pytest -q -m nightly
 
-bench: $(DEV) ## measure against the peers
+bench: $(BENCH) ## measure against the peers
 	@for benchmark in benchmarks/*.py; do $(BIN)/python "$$benchmark" || exit 1; done
 
 generate: $(DEV) ## make the files again that are made from the specification
@@ -71,6 +72,10 @@ $(DEV): pyproject.toml
 	@$(make_environment)
 	@$(PIP_INSTALL) --editable '.[dev]'
 	@touch $@ $(RUNTIME)
+
+$(BENCH): $(DEV)
+	@$(PIP_INSTALL) --editable '.[dev,bench]'
+	@touch $@
 
 # A working .venv is kept and only brought up to date. Debian keeps venv in a package of its own: installed
 # where nobody is there to be asked (CI) and it is allowed, otherwise named.
