@@ -168,7 +168,7 @@ class SimulatedWalter(Body[Settings]):
         self._set_rate()
         self._look_out(motion)
         if motion.contact is not None and motion.is_refused:
-            self._motion = None
+            self._motion, self._look_s = None, math.inf
             self._refused += 1
             self._tell_of("refused")
             self._trip(motion.contact)
