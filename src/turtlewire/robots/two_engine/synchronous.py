@@ -1,0 +1,36 @@
+"""A two-engine robot for people who do not write asynchronous programs: the same names, one implementation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.robots.car.timed.synchronous import TimedRobot
+from turtlewire.robots.two_engine.driver import AsyncTwoEngine
+
+if TYPE_CHECKING:
+    from turtlewire.protocols.frame.message import FrameMessage
+    from turtlewire.robots.two_engine.settings import Statistics
+
+
+class TwoEngine(TimedRobot[AsyncTwoEngine]):
+    """A two-engine robot. ``turtlewire.connect`` makes one; it is a context manager, a ``Turtle`` and a ``Drive``.
+
+    The methods do what ``Turtle`` and ``Drive`` say, and raise what ``AsyncTwoEngine`` says.
+    """
+
+    @property
+    def statistics(self) -> Statistics:
+        """Figures of this connection."""
+        return self._robot.statistics
+
+    def send(self, *messages: FrameMessage, valid_s: float | None = None) -> None:
+        """Send messages of the dialect, in one frame if they fit (F9)."""
+        self._runner.run(self._robot.send(*messages, valid_s=valid_s))
+
+    def engine(self, number: int, speed: int, *, valid_s: float | None = None) -> None:
+        """Turn one engine, until told otherwise: -255 (full speed backward) .. 255 (full speed forward)."""
+        self._runner.run(self._robot.engine(number, speed, valid_s=valid_s))
+
+    def set_servo(self, number: int, position_deg: int) -> None:
+        """Move a servo to 0..180 degrees."""
+        self._runner.run(self._robot.set_servo(number, position_deg))
