@@ -126,7 +126,7 @@ async def _listen(arguments: argparse.Namespace, signals: Signals) -> bytes:
     from turtlewire.links.stream import open_port
 
     link = await open_port(
-        arguments.source, baud=arguments.baud, announce=lambda path: output.tell(f"listening at {path}")
+        arguments.source, baud=arguments.baud, announce=lambda path: output.tell(f"the port is {path}")
     )
     try:
         return await _gather(link, arguments.seconds, signals)
@@ -143,6 +143,7 @@ async def _gather(link: Link, seconds: float, signals: Signals) -> bytes:
     loop = asyncio.get_running_loop()
     wake: Callable[[], object] = lambda: loop.call_soon_threadsafe(link.wake)  # noqa: E731
     signals.then(wake)
+    output.tell(f"listening at {link.url} for {seconds:g} seconds at most; nothing is sent")
     until = link.now() + seconds
     data = b""
     next_try = FIRST_TRY_BYTES
