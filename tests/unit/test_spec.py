@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import pytest
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tools import generate
 from tools.generators import walter
@@ -20,6 +18,9 @@ from turtlewire.protocols.walter.messages import (
     EmptyLine,
     LogoCommand,
 )
+
+if TYPE_CHECKING:
+    import pytest
 
 ROOT = Path(__file__).parents[2]
 SPEC: dict[str, Any] = tomllib.loads((ROOT / "spec/protocols/walter.toml").read_text("utf-8"))
