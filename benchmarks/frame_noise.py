@@ -3,8 +3,8 @@
 python benchmarks/frame_noise.py [frames]    (one million by default)
 
 Random bytes of a stream are replaced by others, at 0.1% and at 1%. A frame none of whose bytes was touched is intact,
-and should come out; what makes one get lost is a false beginning, or damage before it, whose CRC is right by chance. Beside
-it, a decoder that throws a bad frame's bytes away instead of looking again after its first.
+and should come out; what makes one get lost is a false beginning, or damage before it, whose CRC is right by chance.
+Beside it, a decoder that throws a bad frame's bytes away instead of looking again after its first.
 """
 
 from __future__ import annotations
