@@ -148,7 +148,7 @@ class _Drawing:
             case "path":
                 return self._path(element.get("d", ""))
         known = "line, polyline, polygon, rect, circle, path and g"
-        raise self._wrong(f"a {tag} cannot be a wall; what can: {known}")
+        raise self._wrong(f"this cannot be a wall; what can: {known}")
 
     def _line(self, element: ET.Element) -> list[Point]:
         x1, y1, x2, y2 = (self._number(element, name) for name in ("x1", "y1", "x2", "y2"))
@@ -215,7 +215,7 @@ class _Drawing:
         while place < len(text):
             matched = PATH_TOKEN.match(text, place)
             if matched is None:
-                raise self._wrong(f"its path has {text[place : place + 10]!r}")
+                raise self._wrong(f"its path has {text[place:].strip()[:10]!r}")
             tokens.append(matched[1])
             place = matched.end()
         return tokens

@@ -35,6 +35,11 @@ def next_look_s(now: float) -> float:
     return looks * LOOK_S if looks * LOOK_S > now else (looks + 1) * LOOK_S
 
 
+def last_look_s(until: float) -> float:
+    """The last time to look up to ``until``; infinite if that is."""
+    return math.floor(until / LOOK_S) * LOOK_S if until < math.inf else until
+
+
 class Body(ABC, Generic[S_co]):
     """One robot, its line and its time; what it understands and how it moves is up to each kind.
 

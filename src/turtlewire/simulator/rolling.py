@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
-from turtlewire.simulator.body import Body, next_look_s
+from turtlewire.simulator.body import Body, last_look_s, next_look_s
 from turtlewire.simulator.chassis import Chassis, Wheels, drive
 from turtlewire.simulator.drivetrain import Battery
 from turtlewire.simulator.leg import Leg, free_s
@@ -14,7 +14,7 @@ from turtlewire.simulator.settings import BodySettings
 from turtlewire.simulator.walter_commands import sensor
 
 if TYPE_CHECKING:
-    from turtlewire.simulator.world import Contact, Disc
+    from turtlewire.simulator.world import Disc
     from turtlewire.turtle import Pose
 
 # Wheels that slip find another grip once in so many seconds.
@@ -198,19 +198,18 @@ class RollingBody(Body[S_co]):
         if leg is None or not leg.is_straight:
             self._trace.move(self._true, pen_down=self._inks)
         if leg is not None:
-            self._feel(leg.held_by)
+            self._feel(leg)
 
-    def _feel(self, held_by: Contact | None) -> None:
-        """The bumper: it stays pressed until the robot drives away."""
+    def _feel(self, leg: Leg) -> None:
+        """The bumper: it stays pressed until the robot has got away, also from what moves off before it."""
+        if not leg.held_by:
+            self.bumper = self.bumper if leg.contact else None
+            return
         was_pressed = self.bumper is not None
-        self.bumper = sensor(held_by.bearing_deg - self._true.heading_deg) if held_by else None
-        if held_by and not was_pressed:
+        self.bumper = sensor(leg.held_by.bearing_deg - self._true.heading_deg)
+        if not was_pressed:
             self._bumps += 1
             self._tell(f"bumped {self.bumper}")
-            self._bumped()
-
-    def _bumped(self) -> None:
-        """The bumper has just been pressed."""
 
     def _begin(self, look_s: float) -> Leg:
         """Begin a leg."""
@@ -220,7 +219,7 @@ class RollingBody(Body[S_co]):
         is_even = drivetrain.is_settled and self._chassis.is_ideal and not settings.sag and not self.others
         free_until_s = look_s
         if is_even:
-            free_until_s = now + free_s(settings, self._true, wheels, settings.world)
+            free_until_s = last_look_s(now + free_s(settings, self._true, wheels, settings.world))
         if free_until_s > look_s:
             # As far as nothing can be met; from a look to a look, as all legs.
             self._leg = Leg(settings, self._true, wheels, free_until_s - now)

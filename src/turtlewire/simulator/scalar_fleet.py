@@ -188,6 +188,7 @@ class _Member:
             self.pose = leg.pose(leg.seconds)
         if self.bumped and isinstance(drivetrain, _WalterWheels):
             drivetrain.first = drivetrain.second = 0.0
+            self._battery.draw(0.0, now + leg.seconds)
             return 0.0
         return seconds - leg.seconds if leg.contact else 0.0
 
