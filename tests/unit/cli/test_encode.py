@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -121,3 +123,23 @@ def test_a_line_without_end() -> None:
     done = turtlewire("encode", "walter", data=b"pen_up\n" + b"x" * 1_100_000)
     assert (done.returncode, done.stdout) == (1, b"50 55 0D\n")
     assert b"line 2 of the standard input is too long for a message" in done.stderr
+
+
+GUIDE = Path(__file__).parents[3] / "docs" / "wire-tools.md"
+
+
+@pytest.mark.parametrize(
+    "block", re.findall(r"^```console\n\$ (.*?)^```", GUIDE.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+)
+def test_the_guide_shows_what_is_printed(block: str, tmp_path: Path) -> None:
+    command, _, shown = block.partition("\n")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-c", command],
+        cwd=tmp_path,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == shown
