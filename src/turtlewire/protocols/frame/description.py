@@ -11,106 +11,13 @@ from typing import Any, NamedTuple, NoReturn
 from turtlewire.errors import DataError
 from turtlewire.protocols.checksums import Coverage, algorithm
 from turtlewire.protocols.frame.lines import Path, line_of, lines
-from turtlewire.protocols.frame.message import MAX_PAYLOAD, FrameMessage
+from turtlewire.protocols.frame.message import MAX_PAYLOAD
+from turtlewire.protocols.frame.words import CPP_WORDS, TAKEN
 from turtlewire.protocols.message import KINDS, AnyField, Field, RealField, nearest_f32, text_name
 
 DIRECTIONS = ("to robot", "from robot", "both")
 FIELD_KINDS = tuple(kind for kind in KINDS if kind != "bit")
 F32_MAX = (2.0 - 2.0**-23) * 2.0**127
-
-# Words that C++ keeps for itself: a dialect's names go into the robot's header too.
-CPP_WORDS = frozenset(
-    [
-        "alignas",
-        "alignof",
-        "and",
-        "and_eq",
-        "asm",
-        "auto",
-        "bitand",
-        "bitor",
-        "bool",
-        "break",
-        "case",
-        "catch",
-        "char",
-        "class",
-        "compl",
-        "const",
-        "constexpr",
-        "const_cast",
-        "continue",
-        "decltype",
-        "default",
-        "delete",
-        "do",
-        "double",
-        "dynamic_cast",
-        "else",
-        "enum",
-        "explicit",
-        "export",
-        "extern",
-        "false",
-        "float",
-        "for",
-        "friend",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "mutable",
-        "namespace",
-        "new",
-        "noexcept",
-        "not",
-        "not_eq",
-        "nullptr",
-        "operator",
-        "or",
-        "or_eq",
-        "private",
-        "protected",
-        "public",
-        "register",
-        "reinterpret_cast",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "static_assert",
-        "static_cast",
-        "struct",
-        "switch",
-        "template",
-        "this",
-        "thread_local",
-        "throw",
-        "true",
-        "try",
-        "typedef",
-        "typeid",
-        "typename",
-        "union",
-        "unsigned",
-        "using",
-        "virtual",
-        "void",
-        "volatile",
-        "wchar_t",
-        "while",
-        "xor",
-        "xor_eq",
-    ]
-)
-TAKEN = frozenset(name for name in dir(FrameMessage) if not name.startswith("_")) | {
-    "mro",
-    "size",
-    "type",
-    "value",
-}
 
 
 class DialectError(DataError):
@@ -248,6 +155,7 @@ class _Reader:
         messages = tuple(
             self.message(m, ("message", n), counts, enumerations) for n, m in enumerate(described)
         )
+        self.check_names(messages, ())
         rest = self.take(data, (), "ambiguous", list, [])
         ambiguous = tuple(self.ambiguous(a, ("ambiguous", n), messages) for n, a in enumerate(rest))
         self.check_names(messages, ambiguous)
