@@ -157,9 +157,9 @@ class Body(ABC, Generic[S_co]):
         middle = pose.moved(self.settings.offset_mm) if self.settings.offset_mm else pose
         return Disc(middle.x_mm, middle.y_mm, self.settings.radius_mm)
 
+    @abstractmethod
     def claims(self) -> tuple[Disc, ...]:
         """The ground that nobody else may enter now: where it is, and where it is about to be."""
-        return (self.disc(),)
 
     def _surroundings(self) -> World:
         """What is in its way now: the walls, and other robots."""

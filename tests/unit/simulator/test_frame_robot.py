@@ -329,6 +329,71 @@ fields = [{ name = "mood", kind = "u8", unit = "mood" }]
     assert reports(robot.read(1.0), mine) == [mine["Odometry"](0)]
 
 
+def test_a_dialect_with_engines_speeds_and_ranges_of_its_own(run: Run) -> None:
+    number = '{ name = "engine_id", kind = "u8", unit = "number" }'
+    mixed = read_dialect(
+        f"""
+protocol = "frame"
+dialect = "mixed"
+title = "Mixed"
+baud = 9600
+[crc]
+algorithm = "CRC-8/SMBUS"
+coverage = "magic"
+[[message]]
+name = "EngineBackward"
+type = 1
+direction = "to robot"
+doc = "PWM."
+fields = [{number}, {{ name = "speed", kind = "u8", unit = "PWM" }}]
+[[message]]
+name = "SetWheelSpeeds"
+type = 2
+direction = "to robot"
+doc = "Speeds."
+fields = [
+  {{ name = "left_mm_per_s", kind = "i16", unit = "mm/s" }},
+  {{ name = "right_mm_per_s", kind = "i16", unit = "mm/s" }},
+]
+[[message]]
+name = "SetServoPosition"
+type = 3
+direction = "to robot"
+doc = "A servo that this robot does not have."
+fields = [
+  {{ name = "servo_id", kind = "u8", unit = "number" }},
+  {{ name = "position_deg", kind = "u8", unit = "degrees" }},
+]
+[[message]]
+name = "Odometry"
+type = 4
+direction = "from robot"
+doc = "A small counter."
+fields = [{{ name = "left_ticks", kind = "i32", max = 100, unit = "ticks" }}]
+"""
+    )
+    robot = robot_with(dialect=mixed, pen_servo=None)
+    log = log_of(robot)
+    run(robot, sent(mixed["SetWheelSpeeds"](40, 60), mixed["SetServoPosition"](5, 20), dialect=mixed), 1.0)
+    assert told(robot) == (40, 60)
+    assert robot.servos_deg == ()
+    run(robot, sent(mixed["EngineBackward"](1, 150), dialect=mixed), 1.0)
+    assert told(robot) == (0, -150)
+    assert robot.wheels_mm == pytest.approx((40.0, 60.0 - 100.0))
+    run(robot, sent(mixed["SetWheelSpeeds"](50, 0), dialect=mixed), 2.0)
+    assert "not reported: odometry: left_ticks" in log[-1].what
+
+
+def test_reading_for_ever_ends_where_only_driving_on_is_left() -> None:
+    robot = robot_with(lag_s=0.1)
+    robot.write(engines(150, 150) + sent(SetServoPosition(0, 30), seq=1))
+    assert robot.read(math.inf) == b""
+    assert robot.pen_is_down
+    assert robot.is_moving
+    assert 0.5 < robot.now < 2.0
+    assert robot_with(world=AHEAD).walls == AHEAD.walls
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
