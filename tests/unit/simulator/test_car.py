@@ -287,6 +287,16 @@ def test_the_trace_is_its_way(run: Run) -> None:
     assert not car().trace.strokes
 
 
+def test_an_arc_that_is_over_stays_drawn(run: Run) -> None:
+    robot = car(pen_down=True)
+    run(robot, b"R255000F255000", 100.0 * math.pi / 400.0)
+    run(robot, b"S000000", 1.0)
+    (stroke,) = robot.trace.strokes
+    for x_mm, y_mm in stroke.points:
+        assert math.dist((x_mm, y_mm), (100.0, 0.0)) == pytest.approx(100.0, abs=1e-6)
+    assert len(stroke.points) > 50
+
+
 def test_reading_for_ever_ends_where_only_driving_on_is_left(run: Run) -> None:
     robot = car(lag_s=0.1)
     robot.write(b"F255000")
