@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -295,6 +296,16 @@ def test_an_arc_that_is_over_stays_drawn(run: Run) -> None:
     for x_mm, y_mm in stroke.points:
         assert math.dist((x_mm, y_mm), (100.0, 0.0)) == pytest.approx(100.0, abs=1e-6)
     assert len(stroke.points) > 50
+
+
+def test_a_new_sheet_in_one_arc_leaves_the_next_one_whole(run: Run) -> None:
+    robot = car(pen_down=True)
+    run(robot, b"R255000F255000", 0.1)
+    robot.clear_trace()
+    run(robot, b"L255000", 0.05)
+    (stroke,) = robot.trace.strokes
+    length = sum(math.dist(one, other) for one, other in itertools.pairwise(stroke.points))
+    assert length == pytest.approx(20.0, rel=0.01)
 
 
 def test_reading_for_ever_ends_where_only_driving_on_is_left(run: Run) -> None:
