@@ -5,8 +5,8 @@ python benchmarks/frame_noise.py [frames]    (one million by default)
 Every byte of a stream of 7-byte frames is hit with a probability of 0.1%, or 1%: replaced by a random one, or one bit
 of it flipped. A frame none of whose bytes changed is intact and should come out; what makes one get lost is a false
 beginning, or a damaged size, with a CRC that is right by chance (1 in 256), and then several frames at once. So the
-figure scatters: its standard error is printed. Beside it, a decoder that throws a bad frame's bytes away instead of looking
-again after its first one.
+figure scatters: its standard error is printed. Beside it, a decoder that throws a bad frame's bytes away instead of
+looking again after its first one.
 """
 
 from __future__ import annotations

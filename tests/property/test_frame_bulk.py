@@ -96,3 +96,24 @@ def test_a_capture_longer_than_a_block_with_damage() -> None:
     for place in range(0, len(stream), 997):
         stream[place] ^= 0xA3
     assert in_bulk(bytes(stream), dialect, TO_ROBOT) == streamed(bytes(stream), dialect, TO_ROBOT)
+
+
+def test_frames_that_begin_within_frames() -> None:
+    """What begins within a frame that is taken is none; what begins within one that is not, may be."""
+    dialect = shipped("0.1")
+    within = frame_bytes(dialect, 7, b"\x01\x00\x05") + frame_bytes(dialect, 8, b"")
+    nested = frame_bytes(dialect, 1, b"\x01\x00" + within)
+    outer = frame_bytes(dialect, 2, b"\x01\x00\xa3\x00\x05")
+    # begins in outer's payload, ends behind it, and has a frame within that is one because outer is
+    across = outer[-4:] + frame_bytes(dialect, 3, b"")
+    across += bytes([dialect.checksum.algorithm.crc(across)])
+    assert dialect.checksum.fits(across)
+    assert (across[0], across[2], len(across)) == (0xA3, 5, 9)
+    last = frame_bytes(dialect, 4, b"\x02\x01\x09")
+    stream = nested + outer + across[4:] + last
+    found = in_bulk(stream, dialect, TO_ROBOT)
+    assert found == streamed(stream, dialect, TO_ROBOT)
+    assert [row[1] for row in found] == [1, 2, 3, 4]
+    alone = in_bulk(stream[1:], dialect, TO_ROBOT)
+    assert alone == streamed(stream[1:], dialect, TO_ROBOT)
+    assert [row[1] for row in alone] == [7, 8, 2, 3, 4]

@@ -2,7 +2,7 @@
 
 A receiver that was left in the middle of a frame has its header and some of its payload. What it still lacks it
 takes from the stop. All such states are run here, with payloads that would drive, that are full of magics, and of
-nothing; and once more with the sequence number that makes the CRC of what is spliced together right: then the foreign
+false beginnings; and once more with the sequence number that makes the CRC of what is spliced together right: then the foreign
 frame is
 consumed whole, as any receiver must, and the stop has to work with what is left.
 """
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from turtlewire.protocols.frame.message import FrameMessage
 
 CRC = algorithm("CRC-8/SMBUS").crc
-ENGINES = 3
+ENGINES = 20  # stops of few, long frames: the quickest to run through
 
 
 def ends_stopped(decoder: FrameDecoder, pending: bytes, stop: bytes) -> bool:
@@ -46,11 +46,9 @@ STILL: dict[str, tuple[FrameMessage, ...]] = {
 }
 PAYLOADS = {
     "full speed": b"\x01\x00\xff\x02\x01\xff\x00\x00\x5a" * 14,
-    "shifted by one": b"\x00\xff\x02\x01\xff\x01" * 21,
     "magics": b"\xa3" * 124,
     "false beginnings": b"\xa3\x00\x7c" * 42,
     "driving magics": b"\x01\x00\xa3\x02\xa3\x00" * 21,
-    "nothing": bytes(124),
 }
 
 
