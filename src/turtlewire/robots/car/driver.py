@@ -11,6 +11,7 @@ from turtlewire.protocols.simple.events import Done, Event, GaveUp, InStep, Link
 from turtlewire.protocols.simple.host import Host
 from turtlewire.protocols.simple.messages import (
     EMERGENCY_STOP,
+    LENGTH,
     DriveBackward,
     DriveForward,
     Headlights,
@@ -73,6 +74,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
             self._host,
             notify,
             paper,
+            baud=settings.baud,
+            stop_size=LENGTH,
             speed=settings.speed,
             tolerance_mm=settings.tolerance_mm,
             settle_s=settings.calibration.settle_s,

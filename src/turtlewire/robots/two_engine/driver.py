@@ -68,6 +68,8 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             self._host,
             notify,
             paper,
+            baud=self._baud,
+            stop_size=len(FrameEncoder(self._dialect).encode(self._wheels.messages(Told()))[0]),
             speed=settings.speed,
             tolerance_mm=settings.tolerance_mm,
             settle_s=self._calibration.settle_s,

@@ -31,7 +31,7 @@ class Settings(NamedTuple):
     baud: int | None = None
     calibration: TwoEngineCalibration = TwoEngineCalibration()
     speed: int = 100
-    tolerance_mm: float = 0.5
+    tolerance_mm: float = 0.2
     halts: int = 2
     boot_s: float = 2.5
     repeat_s: float | None = 0.2

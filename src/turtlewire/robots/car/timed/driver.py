@@ -58,12 +58,22 @@ class AsyncTimedRobot(TimedMotions[EventT]):
         notify: Callable[[str], None],
         paper: Paper | None,
         *,
+        baud: int,
+        stop_size: int,
         speed: int,
         tolerance_mm: float,
         settle_s: float,
         overrun_s: float,
     ) -> None:
-        super().__init__(link, host, notify, settle_s=settle_s, overrun_s=overrun_s)
+        super().__init__(
+            link,
+            host,
+            notify,
+            baud=baud,
+            stop_size=stop_size,
+            settle_s=settle_s,
+            overrun_s=overrun_s,
+        )
         self._paper = paper
         self._speed = speed
         self._tolerance_mm = tolerance_mm

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from turtlewire.links.link import Link
 
 EventT = TypeVar("EventT")
+BITS_PER_BYTE = 10  # 8N1
 
 
 class TimedMotions(ABC, Generic[EventT]):
@@ -37,6 +38,8 @@ class TimedMotions(ABC, Generic[EventT]):
         host: SetPointHost[EventT],
         notify: Callable[[str], None],
         *,
+        baud: int,
+        stop_size: int,
         settle_s: float,
         overrun_s: float,
     ) -> None:
@@ -45,14 +48,16 @@ class TimedMotions(ABC, Generic[EventT]):
         self.started = link.now()
         self.trouble: TurtlewireError | None = None
         self._machine = host
-        self._timed: TimedHost[EventT] = TimedHost(host)
+        self._timed: TimedHost[EventT] = TimedHost(host, BITS_PER_BYTE / baud)
         self._session: Session[EventT] = Session(link, self._timed, self._on_event)
         self._notify = notify
+        # Bytes, and time: a robot has heard a set-point, or a stop, when it has arrived.
+        self._arrival_s = stop_size * BITS_PER_BYTE / baud
         self._settle_s = settle_s
         self._overrun_s = overrun_s
         self._stops = 0
         self._is_holding = False
-        self._ended_at: float | None = None  # when the motion that is held was told to end
+        self._ended_at: float | None = None  # when the motion that is held should have ended
         self._is_driven = False
         self._closed = False
 
@@ -77,7 +82,7 @@ class TimedMotions(ABC, Generic[EventT]):
         now = self.link.now()
         self._timed.clear_alarm()
         self._is_driven = False
-        self.account.end(now)
+        self.account.end(now + self._arrival_s)
         self.account.settle()
         self._machine.emergency_stop(now)
         self._session.flush()
@@ -85,7 +90,7 @@ class TimedMotions(ABC, Generic[EventT]):
     def _out_of_time(self, now: float) -> None:
         """The set-point's time is up, and no newer one has come."""
         self._is_driven = False
-        self.account.end(now)
+        self.account.end(now + self._arrival_s)
         self.account.settle()
         self._machine.emergency_stop(now)
 
@@ -143,13 +148,12 @@ class TimedMotions(ABC, Generic[EventT]):
     # ------------------------------------------------------------------ motions
 
     async def _told(self, submit: Callable[[], None]) -> float:
-        """Submit something, and wait until it goes out; when that was."""
+        """Submit something, and wait until it goes out; when it will have arrived."""
         await self._until(lambda: self._machine.idle)
         self._timed.mark()
         submit()
         await self._until(lambda: self._timed.sent_at is not None)
-        assert self._timed.sent_at is not None
-        return self._timed.sent_at
+        return self._timed.arrived_at
 
     async def _hold(
         self, motion: Motion, seconds: float, submit: Callable[[], None], *, is_drawn: bool = True
@@ -164,16 +168,16 @@ class TimedMotions(ABC, Generic[EventT]):
         def end(now: float) -> None:
             self._timed.mark()
             self._halt()
-            self._ended_at = now
+            self._ended_at = now + self._arrival_s
 
         self._is_holding, self._ended_at = True, None
         try:
-            start = await self._told(submit)
-            self.account.begin(motion, start, is_drawn=is_drawn)
-            self._timed.set_alarm(start + held_s, end)
-            await self._until(lambda: self._ended_at is not None and self._machine.idle)
+            self.account.begin(motion, await self._told(submit), is_drawn=is_drawn)
+            # What ends it takes as long on the line as what began it.
             assert self._timed.sent_at is not None
-            self.account.end(self._timed.sent_at + self._overrun_s)
+            self._timed.set_alarm(self._timed.sent_at + held_s, end)
+            await self._until(lambda: self._ended_at is not None and self._machine.idle)
+            self.account.end(self._timed.arrived_at + self._overrun_s)
             await self._pause(self._settle_s)
         except StoppedError:
             raise  # by somebody who has seen to it, and may be driving by hand already
@@ -192,7 +196,7 @@ class TimedMotions(ABC, Generic[EventT]):
             self._stops += 1
             self._timed.clear_alarm()
         submit()
-        self.account.begin(motion, self.link.now())
+        self.account.begin(motion, self.link.now() + self._arrival_s)
         self.account.settle()
         self._is_driven = True
         self._session.flush()

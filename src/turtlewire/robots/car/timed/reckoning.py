@@ -67,7 +67,7 @@ class Reckoning:
         self._robot = HOME
         self._owed_deg = 0.0
         self._motion = STILL
-        self._since = 0.0
+        self._since = -math.inf
         self._is_drawn = True
 
     # ------------------------------------------------------------------ the robot
@@ -114,7 +114,7 @@ class Reckoning:
             self.distance_mm += abs(self._motion.speed_mm_per_s) * seconds
             self.rolled_mm += self._motion.speed_mm_per_s * seconds
             self.rotated_deg += self._motion.turn_deg_per_s * seconds
-        self._since = now
+        self._since = max(self._since, now)  # what was sent last may not have arrived yet
 
     def _draw(self, pose: Pose) -> None:
         self._robot = pose

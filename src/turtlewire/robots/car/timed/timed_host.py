@@ -32,13 +32,20 @@ class SetPointHost(HostMachine[EventT_co], Protocol[EventT_co]):
 class TimedHost(Generic[EventT]):
     """A host machine, with one alarm.
 
+    Args:
+        host: the machine.
+        byte_s: how long a byte takes on the line.
+
     Attributes:
-        sent_at: when the first bytes since ``mark`` went out, on the link's clock; None: none have yet.
+        sent_at: when the first bytes since ``mark`` were sent, on the link's clock; None: none have been yet.
+        arrived_at: when the robot had all of them, if the line was free.
     """
 
-    def __init__(self, host: SetPointHost[EventT]) -> None:
+    def __init__(self, host: SetPointHost[EventT], byte_s: float) -> None:
         self.sent_at: float | None = None
+        self.arrived_at = -math.inf
         self._host = host
+        self._byte_s = byte_s
         self._alarm_at = math.inf
         self._act: Callable[[float], None] = lambda _: None
 
@@ -51,7 +58,7 @@ class TimedHost(Generic[EventT]):
         self._alarm_at = math.inf
 
     def mark(self) -> None:
-        """From now on, ``sent_at`` tells when the next bytes go out."""
+        """From now on, ``sent_at`` and ``arrived_at`` are about the next bytes that go out."""
         self.sent_at = None
 
     def urgent_to_send(self) -> bytes:
@@ -63,6 +70,7 @@ class TimedHost(Generic[EventT]):
         data = self._host.data_to_send(now)
         if data and self.sent_at is None:
             self.sent_at = now
+            self.arrived_at = now + len(data) * self._byte_s
         return data
 
     def receive_data(self, data: bytes, now: float) -> Sequence[EventT]:
