@@ -60,6 +60,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
     ) -> None:
         self._settings = settings.checked()
         self._calibration = settings.calibration
+        self._straight = settings.calibration.straight
         self._turning = Turning(settings.calibration, settings.turn_space_mm)
         self._host = Host(
             baud=settings.baud,
@@ -144,7 +145,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         check_valid_s(valid_s)
         await self._ready()
         pwm = int(math.copysign(self._calibration.curve(speed).portion(abs(speed)), speed))
-        straight = self._calibration.straight
+        straight = self._straight
         steer = straight + round(turn * (FULL_PWM - straight if turn > 0.0 else FULL_PWM + straight))
 
         def submit() -> None:
@@ -243,9 +244,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
         await self._hold(motion, abs(angle_deg / motion.turn_deg_per_s), submit, is_drawn=is_drawn)
 
     async def _move_robot(self, distance_mm: float) -> None:
-        straight = self._calibration.straight
-        await self._steer_to(straight)
-        motion, submit = self._moving(distance_mm, straight)
+        await self._steer_to(self._straight)
+        motion, submit = self._moving(distance_mm, self._straight)
         await self._hold(motion, distance_mm / motion.speed_mm_per_s, submit)
 
     async def _steer_to(self, steer: int) -> None:

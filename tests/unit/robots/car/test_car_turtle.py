@@ -248,9 +248,11 @@ def test_in_circles_a_car_cannot_get_everywhere_and_says_so(bench: MakeBench) ->
 # ---------------------------------------------------------------- whole pictures
 
 
-@pytest.mark.parametrize("program", ["stars.logo", "koch.logo"])
+@pytest.mark.parametrize("program", ["rose.logo"])
 def test_a_picture_is_the_ideal_one(bench: MakeBench, program: str) -> None:
-    made, ideal = bench(), ScreenTurtle()
+    # Wheels that are there at once: each of the many legs of a slow servo costs the simulator time.
+    quick = {"steer_deg_per_s": math.inf}
+    made, ideal = bench(quick, calibration=CarCalibration(steer_s=0.0)), ScreenTurtle()
     source = (EXAMPLES / program).read_text("utf-8")
     for turtle in (made.turtle, ideal):
         Interpreter(turtle, write=lambda _: None, random=random.Random(0)).run(source, program)

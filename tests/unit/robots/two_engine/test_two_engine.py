@@ -406,7 +406,7 @@ def test_a_lost_frame_that_ends_a_motion_is_sent_again(bench: MakeBench) -> None
     assert [messages == HALTS for messages in frames(made.wire.bytes_sent)] == [False, True, True]
 
 
-@pytest.mark.parametrize("program", ["stars.logo", "rose.logo"])
+@pytest.mark.parametrize("program", ["rose.logo"])
 def test_a_picture_is_the_ideal_one(bench: MakeBench, program: str) -> None:
     made, ideal = bench(), ScreenTurtle()
     source = (EXAMPLES / program).read_text("utf-8")
