@@ -47,7 +47,7 @@ def test_inputs_by_chance(target: str) -> None:
 
 @each_target
 def test_a_short_run(target: str) -> None:
-    fuzz(target, 3000)
+    fuzz(target, 1500)
 
 
 @pytest.mark.nightly

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from turtlewire.protocols import forms
@@ -53,7 +53,8 @@ def test_any_bytes_are_explained(data: bytes) -> None:
     assert all(verdict.reasons and 0.0 <= verdict.score <= 1.0 for verdict in identification.verdicts)
 
 
-@settings(deadline=None)
+# Many messages take their time to draw on a busy machine.
+@settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data(), st.sampled_from(["walter", "telemetry", "frame"]), st.binary(max_size=5))
 def test_enough_messages_are_told_from_everything_else(data: st.DataObject, name: str, noise: bytes) -> None:
     """``simple`` says too little in a command of zeros to be told in so few of them from bytes over and over."""
