@@ -28,7 +28,7 @@ demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
 
 test: check ## check, see that generated files are current, and run the tests
 	@$(BIN)/python -m tools.generate --check
-	@$(BIN)/python -m pytest -q -m "not nightly"
+	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist worksteal
 
 check: $(DEV) ## formatting, lint, types and the layering of the modules
 	@$(BIN)/ruff format --quiet --check . || { echo 'run `make format`' >&2; exit 1; }
@@ -41,7 +41,8 @@ format: $(DEV) ## format the Python code
 	@$(BIN)/ruff format --quiet .
 	@$(BIN)/ruff check --quiet --fix .
 
-nightly: $(DEV) ## the long tests
+nightly: $(DEV) ## the long tests, ten million inputs for each decoder among them
+	@$(PIP_INSTALL) --editable '.[dev,fuzz]'
 	@$(BIN)/python -m pytest -q -m nightly
 
 bench: $(BENCH) ## measure against the peers

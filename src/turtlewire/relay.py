@@ -76,7 +76,7 @@ class End:
             else:
                 self._open_pty()
         except OSError as error:
-            raise stream._explained(self.url, port, error) from error
+            raise stream.explained(self.url, port, error) from error
 
     def listen(self) -> None:
         """Be a new port: a pty, or a socket that takes one host at a time. ``url`` is then where it is.

@@ -55,6 +55,10 @@ def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize("block", blocks("python"), ids=name)
 def test_python_runs(block: Block, tmp_path: Path) -> None:
+    for file in blocks("toml"):
+        dialect = re.search(r'^dialect = "(.+)"$', file.text, re.MULTILINE)
+        if dialect and file.page == block.page:  # the page's own dialect, as the reader has saved it
+            (tmp_path / f"{dialect[1]}.toml").write_text(file.text, "utf-8")
     done = run([sys.executable, "-W", "error", "-c", block.text], tmp_path)
     assert done.returncode == 0, done.stderr
     assert not done.stderr

@@ -131,7 +131,7 @@ async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = l
         else:
             await _open_pty(link, announce)
     except OSError as error:
-        raise _explained(text, port, error) from error
+        raise explained(text, port, error) from error
     return link
 
 
@@ -222,7 +222,7 @@ class _PtyTransport(asyncio.Transport):
         self._link.connection_lost(error)
 
 
-def _explained(text: str, port: Port, error: OSError) -> LinkError:
+def explained(text: str, port: Port, error: OSError) -> LinkError:
     """What an error of the operating system means for somebody with a robot."""
     if isinstance(error, TimeoutError):
         return PortNotFoundError(f"nobody answers at {text}: is the host right, and is it switched on?")
