@@ -202,7 +202,7 @@ def test_a_port_that_is_not_there() -> None:
 )
 def test_what_the_system_says_is_explained(number: int | None, kind: type[LinkError], text: str) -> None:
     error = OSError(number, os.strerror(number)) if number else OSError("strange")
-    explained = stream._explained("/dev/x", Port("serial", "/dev/x"), error)
+    explained = stream.explained("/dev/x", Port("serial", "/dev/x"), error)
     assert type(explained) is kind
     assert text in str(explained)
 
@@ -258,8 +258,8 @@ def test_a_refused_connection_names_what_to_do() -> None:
 
 def test_an_address_that_does_not_answer_or_does_not_exist() -> None:
     port = Port("socket", host="robot.invalid", number=1)
-    late = stream._explained("socket://robot.invalid:1", port, TimeoutError())
-    unknown = stream._explained("socket://robot.invalid:1", port, socket.gaierror(-2, "unknown"))
+    late = stream.explained("socket://robot.invalid:1", port, TimeoutError())
+    unknown = stream.explained("socket://robot.invalid:1", port, socket.gaierror(-2, "unknown"))
     assert (type(late), type(unknown)) == (PortNotFoundError, PortNotFoundError)
     assert "switched on" in str(late)
     assert "unknown" in str(unknown)
