@@ -4,124 +4,215 @@ from __future__ import annotations
 
 import contextlib
 import math
-from typing import TYPE_CHECKING
-from urllib.parse import parse_qsl, urlsplit
+from dataclasses import fields
+from typing import TYPE_CHECKING, NamedTuple, overload
 
-from turtlewire.errors import UsageError
+from turtlewire import configuration
+from turtlewire.configuration import PTY, Target
+from turtlewire.errors import TurtlewireError, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from typing import Any
+    from collections.abc import Callable, Sequence
+    from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
+    from turtlewire.configuration import AnySettings
     from turtlewire.links.link import Link
+    from turtlewire.robots.car import AsyncCar, Car
+    from turtlewire.robots.car import Settings as CarSettings
     from turtlewire.robots.runner import Runner
-    from turtlewire.robots.walter import AsyncWalter, Settings, Walter
-    from turtlewire.simulator.walter import SimulatedWalter
+    from turtlewire.robots.two_engine import AsyncTwoEngine, TwoEngine
+    from turtlewire.robots.two_engine import Settings as TwoEngineSettings
+    from turtlewire.robots.walter import AsyncWalter, Walter
+    from turtlewire.robots.walter import Settings as WalterSettings
+    from turtlewire.simulator.settings import BodySettings
     from turtlewire.turtle import Pose
 
-SIM_OPTIONS = "pace, seed, slip, noise, arena, basic, groups, baud, boot_s, watchdog_s, pen_s, speed"
+    Robot: TypeAlias = Walter | Car | TwoEngine
+    AsyncRobot: TypeAlias = AsyncWalter | AsyncCar | AsyncTwoEngine
+    Wrap: TypeAlias = Callable[[Link], Link]
+
+    class Options(TypedDict, total=False):
+        """What ``connect`` takes besides."""
+
+        notify: Callable[[str], None] | None
+        announce: Callable[[str], None]
+        wrap: Wrap | None
 
 
-def is_simulated(url: str) -> bool:
-    """Whether a URL means a simulated robot in this process, in virtual time."""
-    return url.startswith("sim:")
+# What numbers among the settings of a simulated robot are annotated with, and read by.
+NUMBERS = {"int": int, "int | None": int, "float": float, "float | None": float}
+OTHERS = {"walter": ("arena", "basic", "groups"), "simple": ("arena",), "frame": ("arena", "dialect")}
 
 
+@overload
 def connect(
-    url: str = "sim:walter",
-    settings: Settings | None = None,
+    url: Literal["sim:walter"] = ...,
+    settings: WalterSettings | None = ...,
+    **options: Unpack[Options],
+) -> Walter: ...
+@overload
+def connect(
+    url: str | Target,
+    settings: WalterSettings,
+    **options: Unpack[Options],
+) -> Walter: ...
+@overload
+def connect(
+    url: Literal["sim:simple"],
+    settings: CarSettings | None = ...,
+    **options: Unpack[Options],
+) -> Car: ...
+@overload
+def connect(
+    url: str | Target,
+    settings: CarSettings,
+    **options: Unpack[Options],
+) -> Car: ...
+@overload
+def connect(
+    url: Literal["sim:frame"],
+    settings: TwoEngineSettings | None = ...,
+    **options: Unpack[Options],
+) -> TwoEngine: ...
+@overload
+def connect(
+    url: str | Target,
+    settings: TwoEngineSettings,
+    **options: Unpack[Options],
+) -> TwoEngine: ...
+@overload
+def connect(
+    url: str | Target,
+    settings: AnySettings | None = ...,
+    **options: Unpack[Options],
+) -> Any: ...
+def connect(
+    url: str | Target = "sim:walter",
+    settings: AnySettings | None = None,
     *,
     notify: Callable[[str], None] | None = None,
     announce: Callable[[str], None] = print,
-) -> Walter:
+    wrap: Wrap | None = None,
+) -> Robot:
     """Connect to a robot.
 
     Args:
-        url: ``sim:walter`` for a simulated robot in this process, in virtual time, with options as in
-            ``sim:walter?slip=0.02&seed=3&arena=maze.toml&basic=1``; or a port: ``/dev/ttyUSB0``, ``COM3``,
-            ``serial:///dev/ttyUSB0?baud=9600``, ``socket://host:port``, ``pty``.
-        settings: how to drive the robot.
+        url: ``sim:walter``, ``sim:simple`` or ``sim:frame`` for a simulated robot in this process, in virtual time,
+            with options as in ``sim:walter?slip=0.02&seed=3&arena=maze.toml``; a port: ``/dev/ttyUSB0``, ``COM3``,
+            ``serial:///dev/ttyUSB0``, ``socket://host:port``, ``pty``, with options as in
+            ``/dev/ttyUSB0?protocol=simple&window=4&faults=lose:0.01``; or the name of a robot in ``robots.toml``.
+        settings: how to drive the robot, where the URL does not say. They also say what it speaks, if the URL does
+            not; without both, that is WALTER.
         notify: told what people should know and what is no error; by default the log ``turtlewire`` warns of it.
         announce: for ``pty``, told the path that the robot is to be at.
+        wrap: given the link, returns the link to use instead: a recording, say.
 
-    Returns a ``Walter``, to be used in a ``with`` statement: the robot is at home, stopped, with its pen down.
+    Returns a ``Walter``, a ``Car`` (simple) or a ``TwoEngine`` (frame), to be used in a ``with`` statement: the robot
+    is at home, stopped, with its pen down. A type checker can tell which of them only by ``settings``, or by the plain
+    URL of a simulated robot.
 
-    Raises ``UsageError`` (the URL or a setting means nothing), ``LinkError`` (no such port, port in use) or
-    ``NoReplyError``.
+    Raises ``UsageError`` (the URL or a setting means nothing), ``DataError`` (a file says something wrong),
+    ``LinkError`` (no such port, port in use) or ``NoReplyError``.
     """
     from turtlewire.robots.runner import InlineRunner, ThreadRunner
-    from turtlewire.robots.walter import Walter
 
-    runner: Runner = InlineRunner() if is_simulated(url) else ThreadRunner()
+    target = _target(url, settings)
+    runner: Runner = InlineRunner() if target.is_simulated else ThreadRunner()
     try:
-        robot = runner.run(connect_async(url, settings, notify=notify, announce=announce))
+        robot = runner.run(_connected(target, settings, notify, announce, wrap))
     except BaseException:
         runner.close()
         raise
-    return Walter(robot, runner)
+    return _synchronous(robot, runner)
 
 
 async def connect_async(
-    url: str = "sim:walter",
-    settings: Settings | None = None,
+    url: str | Target = "sim:walter",
+    settings: AnySettings | None = None,
     *,
     notify: Callable[[str], None] | None = None,
     announce: Callable[[str], None] = print,
-) -> AsyncWalter:
-    """``connect`` for asynchronous programs: ``async with await turtlewire.connect_async(url) as robot``."""
-    from turtlewire.robots.walter import AsyncWalter, Settings
+    wrap: Wrap | None = None,
+) -> Any:
+    """``connect`` for asynchronous programs: ``async with await turtlewire.connect_async(url) as robot``.
 
-    settings = (settings or Settings()).checked()
+    Returns an ``AsyncWalter``, an ``AsyncCar`` or an ``AsyncTwoEngine``.
+    """
+    return await _connected(_target(url, settings), settings, notify, announce, wrap)
+
+
+def _target(url: str | Target, settings: AnySettings | None) -> Target:
+    if isinstance(url, Target):
+        return url
+    return configuration.target(url, "walter" if settings is None else configuration.protocol_of(settings))
+
+
+async def _connected(
+    target: Target,
+    settings: AnySettings | None,
+    notify: Callable[[str], None] | None,
+    announce: Callable[[str], None],
+    wrap: Wrap | None,
+) -> AsyncRobot:
     notify = notify or _warn
-    if is_simulated(url):
+    end: Any = None
+    link: Link
+    if target.is_simulated:
         from turtlewire.links.memory import MemoryLink
 
-        end, pace = _simulated(url)
-        settings = settings._replace(baud=end.settings.baud or settings.baud)
-        robot = AsyncWalter(MemoryLink(end, url, pace), settings, notify, paper=end)
+        end, pace, target = _simulated(target)
+        settings = target.settings(settings)
+        if end.settings.baud:
+            settings = settings._replace(baud=end.settings.baud).checked()
+        link = MemoryLink(end, target.name, pace)
     else:
-        link, settings = await _opened(url, settings, announce)
-        robot = AsyncWalter(link, settings, notify)
+        settings = target.settings(settings)
+        link = await _opened(target, settings, announce)
+    link = _with_faults(link, target)
+    robot = _driver(wrap(link) if wrap else link, settings, notify, end)
     await robot.connect()
     return robot
 
 
-def stop(url: str, settings: Settings | None = None) -> Pose | None:
-    """Stop the robot at a port, from any state (W8), then ask it; where it says it is, or None if it says nothing.
-
-    Raises what ``connect`` raises for a port that cannot be opened.
-    """
-    from turtlewire.robots.runner import ThreadRunner
-    from turtlewire.robots.walter import Settings
-
-    runner = ThreadRunner()
-    try:
-        return runner.run(_stop(url, (settings or Settings()).checked()))
-    finally:
-        runner.close()
-
-
-async def _stop(url: str, settings: Settings) -> Pose | None:
-    from turtlewire.protocols.walter.messages import EMERGENCY_STOP
-    from turtlewire.robots.walter import AsyncWalter
-
-    link, settings = await _opened(url, settings)
-    # A robot that is booting hears nothing of this, but does not move either.
-    link.write_urgent(EMERGENCY_STOP)
-    async with AsyncWalter(link, settings) as robot:
-        await robot.connect()
-        return await robot.reported_pose() if "Q" in robot.groups else None
-
-
 async def _opened(
-    url: str, settings: Settings, announce: Callable[[str], None] = lambda _: None
-) -> tuple[Link, Settings]:
-    """The link to a port, and the settings with the baud rate that the port names, if it does."""
-    from turtlewire.links.port import Port
+    target: Target, settings: AnySettings, announce: Callable[[str], None] = lambda _: None
+) -> Link:
     from turtlewire.links.stream import open_port
 
-    settings = settings._replace(baud=Port.parse(url).baud or settings.baud)
-    return await open_port(url, baud=settings.baud, announce=announce), settings
+    assert settings.baud is not None  # checked
+    return await open_port(target.port, baud=settings.baud, announce=announce)
+
+
+def _with_faults(link: Link, target: Target) -> Link:
+    if target.faults is None:
+        return link
+    from turtlewire.links.faults import FaultyLink
+
+    return FaultyLink(link, target.faults)
+
+
+def _driver(link: Link, settings: AnySettings, notify: Callable[[str], None], end: Any) -> AsyncRobot:
+    from turtlewire.robots import walter
+
+    if isinstance(settings, walter.Settings):
+        return walter.AsyncWalter(link, settings, notify, paper=end)
+    from turtlewire.robots import car, two_engine
+
+    if isinstance(settings, car.Settings):
+        return car.AsyncCar(link, settings, notify, paper=end)
+    return two_engine.AsyncTwoEngine(link, settings, notify, paper=end)
+
+
+def _synchronous(robot: AsyncRobot, runner: Runner) -> Robot:
+    from turtlewire.robots import walter
+
+    if isinstance(robot, walter.AsyncWalter):
+        return walter.Walter(robot, runner)
+    from turtlewire.robots import car, two_engine
+
+    if isinstance(robot, car.AsyncCar):
+        return car.Car(robot, runner)
+    return two_engine.TwoEngine(robot, runner)
 
 
 def _warn(text: str) -> None:
@@ -130,54 +221,181 @@ def _warn(text: str) -> None:
     logging.getLogger("turtlewire").warning(text)
 
 
-def simulated(url: str) -> SimulatedWalter:
+# ---------------------------------------------------------------- stopping
+
+
+class Stopped(NamedTuple):
+    """A stop was sent: whether the robot has confirmed it, and where it says that it is, if it can say that."""
+
+    is_confirmed: bool
+    pose: Pose | None = None
+
+
+def stop(url: str | Target, settings: AnySettings | None = None) -> Stopped:
+    """Stop the robot at a port, from any state (S7, F13, W8), then ask it, if it is one that answers.
+
+    Raises what ``connect`` raises for a port that cannot be opened, and ``NoReplyError`` for a robot that should answer
+    and does not.
+    """
+    (result,) = stop_all([_target(url, settings)], settings)
+    if isinstance(result, TurtlewireError):
+        raise result
+    return result
+
+
+def stop_all(
+    targets: Sequence[Target], settings: AnySettings | None = None
+) -> list[Stopped | TurtlewireError]:
+    """Stop several robots at the same time: for each, in order, what became of it."""
+    import asyncio
+
+    from turtlewire.robots.runner import ThreadRunner
+
+    async def all_of_them() -> list[Stopped | TurtlewireError]:
+        return await asyncio.gather(*(one(target) for target in targets))
+
+    async def one(target: Target) -> Stopped | TurtlewireError:
+        try:
+            return await _stop(target, settings)
+        except TurtlewireError as error:
+            return error
+
+    runner = ThreadRunner()
+    try:
+        return runner.run(all_of_them())
+    finally:
+        runner.close()
+
+
+async def _stop(target: Target, settings: AnySettings | None) -> Stopped:
+    from turtlewire.robots import walter
+
+    if target.is_simulated:
+        raise UsageError(f"{target.name} is a robot of its own in each process: there is nothing to stop")
+    if target.port in PTY:
+        raise UsageError("pty is a new port, with no robot at it yet: name the port of the robot")
+    settings = target.settings(settings)
+    link = _with_faults(await _opened(target, settings), target)
+    if target.protocol == "frame":
+        return await _stop_unanswered(link, settings)
+    # A robot that is booting hears nothing of this, but does not move either.
+    if target.protocol == "walter":
+        from turtlewire.protocols.walter.messages import EMERGENCY_STOP
+    else:
+        from turtlewire.protocols.simple.messages import EMERGENCY_STOP
+    link.write_urgent(EMERGENCY_STOP)
+    robot = _driver(link, settings, lambda _: None, None)
+    async with robot:
+        await robot.connect()
+        if not isinstance(robot, walter.AsyncWalter):
+            return Stopped(is_confirmed=True)
+        answers = "Q" in robot.groups
+        return Stopped(answers, await robot.reported_pose() if answers else None)
+
+
+async def _stop_unanswered(link: Link, settings: AnySettings) -> Stopped:
+    """F13, and nothing else: the driver would move the pen."""
+    from turtlewire.protocols.frame.codec import FrameEncoder
+    from turtlewire.protocols.frame.host import stop_bytes
+    from turtlewire.robots import two_engine
+
+    assert isinstance(settings, two_engine.Settings)
+    assert settings.dialect is not None  # checked
+    assert settings.baud is not None
+    data = stop_bytes(FrameEncoder(settings.dialect))
+    try:
+        link.write_urgent(data)
+        on_its_way_until = link.now() + len(data) * 10.0 / settings.baud
+        while link.now() < on_its_way_until:
+            await link.read(on_its_way_until)
+    finally:
+        await link.close()
+    return Stopped(is_confirmed=False)
+
+
+# ---------------------------------------------------------------- simulated robots
+
+
+def simulated(url: str | Target) -> Any:
     """The simulated robot that a ``sim:`` URL describes. Raises ``UsageError`` or, for its arena, ``DataError``."""
-    return _simulated(url)[0]
+    return _simulated(_target(url, None))[0]
 
 
-def _simulated(url: str) -> tuple[SimulatedWalter, float | None]:
-    """The robot, and its pace."""
-    from turtlewire.simulator.walter import Settings as SimulatorSettings
-    from turtlewire.simulator.walter import SimulatedWalter
-
-    parts = urlsplit(url)
-    if parts.path != "walter":
-        raise UsageError(f"{url!r}: there is no simulated robot {parts.path!r}; there is sim:walter")
-    options: dict[str, Any] = {}
+def _simulated(target: Target) -> tuple[Any, float | None, Target]:
+    """The robot, its pace, and the target with those of its options that are its driver's."""
+    name, protocol = target.name, target.protocol
+    robot_type, settings_type = _simulated_types(protocol)
+    numbers = {
+        field.name: NUMBERS[str(field.type)] for field in fields(settings_type) if field.type in NUMBERS
+    }
+    values: dict[str, Any] = {}
+    overrides: dict[str, Any] = {}
     pace: float | None = None
-    for name, value in parse_qsl(parts.query, keep_blank_values=True):
-        if name == "pace":
-            pace = _pace(url, value)
+    for option, text in target.simulation.items():
+        if option == "pace":
+            pace = _pace(name, text)
+        elif option in numbers:
+            values[option] = _number(name, option, text, numbers[option])
+        elif option in OTHERS[protocol]:
+            values |= _other(option, text, overrides)
+        elif option in configuration.SETTINGS[protocol]:
+            overrides[option] = configuration.read_setting(protocol, option, text, repr(name))
         else:
-            options |= _option(url, name, value)
-    return SimulatedWalter(SimulatorSettings(**options)), pace
-
-
-def _pace(url: str, value: str) -> float | None:
-    if value in ("max", "real"):
-        return None if value == "max" else 1.0
-    with contextlib.suppress(ValueError):
-        if 0.0 < float(value) < math.inf:
-            return float(value)
-    raise UsageError(
-        f"{url!r}: pace is {value!r}, but must be max, real, or a number above 0 (times real time)"
+            known = ["pace", "faults", *numbers, *OTHERS[protocol]]
+            known += [setting for setting in configuration.SETTINGS[protocol] if setting not in known]
+            raise UsageError(
+                f"{name!r}: unknown option {option!r}; a simulated robot and its driver have {', '.join(known)}"
+            )
+    if "dialect" in values:
+        values = {"baud": values["dialect"].baud, **values}
+    return (
+        robot_type(settings_type(**values)),
+        pace,
+        target._replace(overrides={**overrides, **target.overrides}),
     )
 
 
-def _option(url: str, name: str, value: str) -> dict[str, Any]:
-    try:
-        if name in ("seed", "baud", "speed"):
-            return {name: int(value)}
-        if name in ("slip", "noise", "boot_s", "watchdog_s", "pen_s"):
-            return {name: float(value)}
-    except ValueError:
-        raise UsageError(f"{url!r}: {name} is {value!r}, but must be a number") from None
-    if name == "groups":
-        return {"groups": frozenset(value.upper())}
-    if name == "basic":
-        return {"groups": frozenset()} if value not in ("0", "no", "false") else {}
-    if name == "arena":
-        from turtlewire.simulator.world import load_arena
+def _simulated_types(protocol: str) -> tuple[Callable[[Any], Any], type[BodySettings]]:
+    if protocol == "walter":
+        from turtlewire.simulator.walter import Settings, SimulatedWalter
 
-        return {"world": load_arena(value)}
-    raise UsageError(f"{url!r}: unknown option {name!r}; a simulated robot has {SIM_OPTIONS}")
+        return SimulatedWalter, Settings
+    if protocol == "simple":
+        from turtlewire.simulator.car import CarSettings, SimulatedCar
+
+        return SimulatedCar, CarSettings
+    from turtlewire.simulator.frame_robot import FrameRobotSettings, SimulatedFrameRobot
+
+    return SimulatedFrameRobot, FrameRobotSettings
+
+
+def _pace(name: str, text: str) -> float | None:
+    if text in ("max", "real"):
+        return None if text == "max" else 1.0
+    with contextlib.suppress(ValueError):
+        if 0.0 < float(text) < math.inf:
+            return float(text)
+    raise UsageError(
+        f"{name!r}: pace is {text!r}, but must be max, real, or a number above 0 (times real time)"
+    )
+
+
+def _number(name: str, option: str, text: str, kind: type) -> Any:
+    try:
+        return kind(text)
+    except ValueError:
+        raise UsageError(f"{name!r}: {option} is {text!r}, but must be a number") from None
+
+
+def _other(option: str, text: str, overrides: dict[str, Any]) -> dict[str, Any]:
+    if option == "groups":
+        return {"groups": frozenset(text.upper())}
+    if option == "basic":
+        return {"groups": frozenset()} if text not in ("0", "no", "false") else {}
+    if option == "dialect":
+        # Both ends speak it.
+        overrides["dialect"] = configuration.read_setting("frame", option, text, "dialect")
+        return {"dialect": overrides["dialect"]}
+    from turtlewire.simulator.world import load_arena
+
+    return {"world": load_arena(text)}

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import turtlewire
+from turtlewire.configuration import target
 from turtlewire.connect import _simulated, connect, simulated, stop
 from turtlewire.errors import (
     LinkClosedError,
@@ -193,7 +194,7 @@ def test_urls_that_mean_nothing(url: str) -> None:
 
 @pytest.mark.parametrize(("pace", "value"), [("max", None), ("real", 1.0), ("2.5", 2.5)])
 def test_paces(pace: str, value: float | None) -> None:
-    assert _simulated(f"sim:walter?pace={pace}")[1] == value
+    assert _simulated(target(f"sim:walter?pace={pace}"))[1] == value
 
 
 @pytest.mark.parametrize(
@@ -497,11 +498,12 @@ def test_stop_by_itself(served: Callable[..., Served]) -> None:
     os.write(host, b"F\xff\x00\r")
     assert port.moving.wait(20.0)
     os.close(host)
-    pose = stop(port.url)
-    assert pose is not None
+    stopped = stop(port.url)
+    assert stopped.is_confirmed
+    assert stopped.pose is not None
     assert port.heard.startswith(b"F\xff\x00\r" + m.EMERGENCY_STOP)
     basic = served(speed=1.0, groups=frozenset())
-    assert stop(basic.url, Settings(boot_s=0.0, reply_timeout_s=0.05)) is None
+    assert stop(basic.url, Settings(boot_s=0.0, reply_timeout_s=0.05)) == (False, None)
 
 
 def test_the_baud_rate_of_the_url_counts(served: Callable[..., Served]) -> None:

@@ -3,30 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from turtlewire.errors import UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from turtlewire.configuration import Target
     from turtlewire.errors import LinkClosedError
-    from turtlewire.robots.walter import Settings
 
-PORTS = "a device (/dev/ttyUSB0, COM3), serial:///dev/ttyUSB0?baud=9600, socket://host:port, or pty"
-# How a robot can be driven: --set NAME=VALUE.
-SETTINGS: dict[str, Callable[[str], Any]] = {
-    "baud": int,
-    "speed": int,
-    "mm_per_s_per_unit": float,
-    "deg_per_s_per_unit": float,
-    "groups": lambda text: frozenset(text.upper()),
-    "gentle": lambda text: {"1": True, "yes": True, "on": True, "0": False, "no": False, "off": False}[text],
-    "boot_s": float,
-    "reply_timeout_s": float,
-    "max_unfenced": int,
-    "heartbeat_s": float,
-}
+PORTS = (
+    "a device (/dev/ttyUSB0, COM3), serial:///dev/ttyUSB0?baud=9600, socket://host:port, or pty; with options such "
+    "as ?protocol=simple&window=4"
+)
+ROBOT = "a robot in robots.toml, or what the one at --port speaks: walter, simple or frame (walter)"
 
 
 def add_command(
@@ -54,31 +43,74 @@ def add_require_replies(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """``--set``: how to drive the robot."""
+def add_target(parser: argparse.ArgumentParser, port_help: str) -> None:
+    """``--robot``, ``--port`` and ``--set``: which robot, and how to drive it."""
+    parser.add_argument("--robot", metavar="NAME", help=ROBOT)
+    parser.add_argument("--port", metavar="URL", help=port_help)
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help=f"a setting of the robot: {', '.join(SETTINGS)}",
+        help="a setting of the robot, as often as wanted; what there is, a wrong one says",
     )
 
 
-def settings(assignments: list[str], **more: Any) -> Settings:
-    """The settings that ``--set`` options make. Raises ``UsageError``."""
-    from turtlewire.robots.walter import Settings
+def target(arguments: argparse.Namespace) -> Target | None:
+    """The robot that these options mean, None if none of them says. Raises ``UsageError`` or ``DataError``."""
+    from turtlewire import configuration
 
-    values: dict[str, Any] = dict(more)
+    robot: str | None = arguments.robot
+    port: str | None = arguments.port
+    if robot in configuration.PROTOCOLS:
+        # sim:walter says itself what it is.
+        found = configuration.target(port if port is not None else f"sim:{robot}", robot)
+        if found.protocol != robot:
+            raise UsageError(f"--robot {robot} and --port {port} mean different robots: leave one out")
+    elif robot is not None and not configuration.NAME.fullmatch(robot):
+        raise UsageError(f"argument --robot: invalid choice: {robot!r}: a port is named by --port")
+    elif robot is not None:
+        if robot not in configuration.entries():
+            raise UsageError(
+                f"argument --robot: invalid choice: {robot!r} (choose from {', '.join(configuration.PROTOCOLS)}, or a "
+                f"robot in a file: {configuration.known()})"
+            )
+        if port is not None:
+            raise UsageError(f"--robot {robot} and --port {port} both say where the robot is: leave one out")
+        found = configuration.target(robot)
+    elif port is not None:
+        found = configuration.target(port)
+    else:
+        return None
+    return with_settings(found, arguments.set)
+
+
+def with_settings(found: Target, assignments: list[str]) -> Target:
+    """The robot, driven as ``--set`` options say. Raises ``UsageError``."""
+    from turtlewire.configuration import SETTINGS
+
+    known = SETTINGS[found.protocol]
+    values = dict(found.overrides)
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
-        if not equals or name not in SETTINGS:
-            raise UsageError(f"--set {assignment}: write NAME=VALUE; the names are {', '.join(SETTINGS)}")
+        if not equals or name not in known:
+            raise UsageError(f"--set {assignment}: write NAME=VALUE; the names are {', '.join(known)}")
         try:
-            values[name] = SETTINGS[name](text)
+            values[name] = known[name].read(text)
         except (ValueError, KeyError):
-            raise UsageError(f"--set {assignment}: {text!r} is no value for {name}") from None
-    return Settings(**values).checked()
+            raise UsageError(
+                f"--set {assignment}: {text!r} is no value for {name}, which must be {known[name].wanted}"
+            ) from None
+    return found._replace(overrides=values)
+
+
+def with_replies(found: Target) -> Target:
+    """The robot, refused if it answers nothing. Raises ``UsageError`` for one that cannot answer at all."""
+    if found.protocol == "frame":
+        raise UsageError("--require-replies: a robot that speaks frame never answers")
+    if found.protocol == "simple":  # without answers nothing goes on there
+        return found
+    return found._replace(overrides={**found.overrides, "require_replies": True})
 
 
 def explain_refusal(error: LinkClosedError, port: str) -> None:

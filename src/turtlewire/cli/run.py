@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import random
 import sys
+import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from turtlewire.cli import options
-from turtlewire.cli.progress import Bar
-from turtlewire.cli.report import Report
+from turtlewire.cli import options, output
+from turtlewire.cli.progress import Bar, duration
+from turtlewire.cli.report import Report, _pose
 from turtlewire.cli.signals import Interrupted
 from turtlewire.errors import DataError, LinkClosedError, TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Callable, Iterator, Mapping
 
     from turtlewire.cli.signals import Signals
+    from turtlewire.configuration import Target
+    from turtlewire.connect import Robot
+    from turtlewire.links.link import Link
     from turtlewire.logo import Interpreter, Position
-    from turtlewire.robots.walter import Walter
 
 EXAMPLES = """\
 examples:
@@ -26,8 +30,12 @@ examples:
       on a simulated robot, as fast as the processor allows
   turtlewire run rose.logo --port /dev/ttyUSB0
       on the robot at this port
+  turtlewire run rose.logo --robot elsie --statistics
+      on the robot that robots.toml calls elsie, with figures for a bug report
   turtlewire run maze.logo --port "sim:walter?arena=maze.toml&slip=0.02&seed=7"
       on a simulated robot among walls, whose wheels slip
+  turtlewire run rose.logo --robot simple --faults lose:0.001,seed:7
+      on a simulated car, whose line loses a byte in a thousand
 """
 
 
@@ -41,9 +49,11 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         examples=EXAMPLES,
     )
     parser.add_argument("program", metavar="PROGRAM.logo", help="the program; - is the standard input")
-    parser.add_argument("--robot", choices=["walter"], default="walter", help="what robot it is (walter)")
+    options.add_target(parser, options.PORTS + "; or sim:walter?slip=0.01&arena=FILE, a simulated one")
     parser.add_argument(
-        "--port", metavar="URL", help=options.PORTS + "; or sim:walter?slip=0.01&arena=FILE, a simulated one"
+        "--faults",
+        metavar="FAULTS",
+        help="what goes wrong on the way to the robot: lose:0.01,flip:0.001,delay:0.1,seed:7 and more",
     )
     parser.add_argument(
         "--picture",
@@ -70,15 +80,18 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object instead of text, whatever happens"
     )
-    options.add_settings(parser)
+    parser.add_argument(
+        "--statistics",
+        action="store_true",
+        help="say at the end what the connection was like: for a bug report",
+    )
     parser.set_defaults(execute=execute)
 
 
 def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Run the program. Whatever happens, the robot is stopped, the pictures are written, and it is told."""
     name = "standard input" if arguments.program == "-" else arguments.program
-    is_real = arguments.port is not None and not arguments.port.startswith("sim:")
-    report = Report(name, as_json=arguments.json, is_real=is_real)
+    report = RobotReport(name, as_json=arguments.json)
     run = _Run(arguments, signals, report)
     try:
         run.all(name)
@@ -105,7 +118,7 @@ class _Run:
         not_drawn: what kept pictures from being written.
     """
 
-    def __init__(self, arguments: argparse.Namespace, signals: Signals, report: Report) -> None:
+    def __init__(self, arguments: argparse.Namespace, signals: Signals, report: RobotReport) -> None:
         self._arguments = arguments
         self._signals = signals
         self._report = report
@@ -118,15 +131,15 @@ class _Run:
         from turtlewire.connect import connect
 
         arguments, report = self._arguments, self._report
-        url = _url(arguments)
+        target = _target(arguments)
+        report.meets(target)
         source = _read(arguments.program)
         for path in arguments.picture:
             picture.check(path)
-        settings = options.settings(arguments.set, require_replies=arguments.require_replies)
         try:
-            robot = connect(url, settings, notify=report.notify, announce=report.announce)
+            robot = connect(target, notify=report.notify, announce=report.announce, wrap=report.see)
         except LinkClosedError as error:
-            options.explain_refusal(error, url)
+            options.explain_refusal(error, target.port)
             raise
         try:
             # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
@@ -139,9 +152,11 @@ class _Run:
                 robot.close(finish=False)
             finally:
                 report.measure(robot)
+                if arguments.statistics:
+                    report.describe()
                 self._save_pictures(robot, name)
 
-    def _drive(self, robot: Walter, source: str, name: str) -> None:
+    def _drive(self, robot: Robot, source: str, name: str) -> None:
         """Run the program to its end and the robot to its last motion."""
         from turtlewire.logo import Interpreter
 
@@ -150,7 +165,7 @@ class _Run:
             robot, report.keep_output, random.Random(arguments.seed), step_mm=arguments.step_mm
         )
         try:
-            with Bar(robot, interpreter.progress, shown=not arguments.json) as bar:
+            with RobotBar(robot, interpreter.progress, shown=not arguments.json) as bar:
                 if not arguments.json:
                     interpreter.write = bar.write
                 interpreter.run(source, name)
@@ -158,7 +173,7 @@ class _Run:
         finally:
             self.position = interpreter.position
 
-    def _finish(self, robot: Walter, interpreter: Interpreter) -> None:
+    def _finish(self, robot: Robot, interpreter: Interpreter) -> None:
         """The program is through; the robot may have some of it to do yet."""
         try:
             robot.finish()
@@ -169,7 +184,7 @@ class _Run:
                 error.add_note(f"in the last motions of {position.file}, whose end is line {position.line}")
             raise
 
-    def _save_pictures(self, robot: Walter, name: str) -> None:
+    def _save_pictures(self, robot: Robot, name: str) -> None:
         """Write the pictures of what was drawn so far. One that fails keeps none of the others from being written."""
         from turtlewire import picture
 
@@ -198,25 +213,122 @@ def _read(program: str) -> str:
         ) from error
 
 
-def _url(arguments: argparse.Namespace) -> str:
-    """The robot's URL; a simulated one gets the seed and the pace that it does not name itself."""
-    from urllib.parse import parse_qsl, urlsplit
-
+def _target(arguments: argparse.Namespace) -> Target:
+    """The robot; a simulated one gets the seed and the pace that it does not name itself."""
+    from turtlewire.configuration import target
     from turtlewire.connect import simulated
 
-    port: str | None = arguments.port
-    if port is not None and not port.startswith("sim:"):
+    found = options.target(arguments) or options.with_settings(target("sim:walter"), arguments.set)
+    if arguments.faults is not None:
+        from turtlewire.links.faults import Faults
+
+        found = found._replace(faults=Faults.parse(arguments.faults))
+    if arguments.require_replies:
+        found = options.with_replies(found)
+    found.settings()  # complain of them before anything is opened
+    if not found.is_simulated:
         if arguments.speed == "max":
             raise UsageError("--speed max is for the simulated robot; a robot at a port takes its own time")
-        return port
-    url = port or f"sim:{arguments.robot}"
-    # A complaint is to name the URL as it was given.
-    simulated(url)
-    given = dict(parse_qsl(urlsplit(url).query))
-    if "pace" in given and arguments.speed is not None:
-        raise UsageError(f"--speed {arguments.speed} and {url!r} both say how fast: leave one out")
+        return found
+    simulated(found)
+    if "pace" in found.simulation and arguments.speed is not None:
+        raise UsageError(f"--speed {arguments.speed} and {found.name!r} both say how fast: leave one out")
     defaults = {"seed": str(arguments.seed), "pace": arguments.speed or "max"}
-    for key, value in defaults.items():
-        if key not in given:
-            url += f"{'&' if '?' in url else '?'}{key}={value}"
-    return url
+    return found._replace(simulation={**defaults, **found.simulation})
+
+
+class RobotReport(Report):
+    """The report of a run on any robot: not all have fences, or can tell where they are."""
+
+    def __init__(self, program: str, *, as_json: bool) -> None:
+        super().__init__(program, as_json=as_json, is_real=False)
+        self._connection: dict[str, Any] = {}
+
+    def meets(self, target: Target) -> None:
+        """Which robot it is."""
+        self._target = target
+        self._is_real = not target.is_simulated
+
+    def see(self, link: Link) -> Link:
+        """The link to it, as it is."""
+        self._link = link
+        return link
+
+    def finished(self, robot: Robot) -> None:
+        """The program is done: where is the robot?"""
+        from turtlewire.robots.walter import Walter
+
+        if isinstance(robot, Walter):
+            super().finished(robot)
+        else:
+            self._result["host_pose"] = robot.pose._asdict()
+
+    def measure(self, robot: Robot) -> None:
+        """The figures of the connection, however far it came."""
+        self._result["statistics"] = robot.statistics._asdict()
+        self._result["host_seconds"] = time.perf_counter() - self._started
+
+    def describe(self) -> None:
+        """What the connection was like: what people can put into a bug report."""
+        import platform
+        from importlib.metadata import version
+
+        from turtlewire.links.faults import FaultyLink
+
+        target, link = self._target, self._link
+        self._connection = {
+            "turtlewire": version("turtlewire"),
+            "system": f"Python {platform.python_version()} on {platform.platform()}",
+            "robot": target.protocol,
+            "port": target.port,
+            "settings": {**target.simulation, **{k: str(v) for k, v in target.overrides.items()}},
+        }
+        if isinstance(link, FaultyLink):
+            self._connection["faults"] = {
+                name: getattr(link, name) for name in ("lost", "added", "flipped", "duplicated")
+            }
+        self._result["connection"] = self._connection
+
+    def end(self, received: str) -> int:
+        """Tell how it went; return the exit code."""
+        code = super().end(received)
+        if self._connection and not self._as_json:
+            output.tell("\n".join(["statistics:", *_lines(self._connection | self._result["statistics"])]))
+        return code
+
+    def _summary(self) -> Iterator[str]:
+        figures = self._result["statistics"]
+        if "commands" in figures:
+            yield from super()._summary()
+            return
+        robot_s, host_s = figures["seconds"], self._result["host_seconds"]
+        yield f"{self._result['program']}: done"
+        yield f"  sent       {figures['bytes_sent']} bytes; {figures['bytes_received']} bytes came back"
+        yield f"  driven     {figures['distance_mm'] / 1000:.2f} m in {duration(robot_s)} of the robot's time"
+        if not self._is_real:
+            yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
+        yield f"  host pose  {_pose(self._result['host_pose'])}"
+        if self._result["pictures"]:
+            yield f"  drawn      {', '.join(self._result['pictures'])}"
+
+
+class RobotBar(Bar):
+    """The bar for any robot: not all count commands."""
+
+    def __init__(self, robot: Any, progress: Callable[[], float | None], *, shown: bool) -> None:
+        super().__init__(robot, progress, shown=shown)
+
+    def _figures(self) -> str:
+        figures = self._robot.statistics
+        if hasattr(figures, "commands"):
+            return super()._figures()
+        return f"{figures.distance_mm / 1000:.2f} m, {duration(figures.seconds)}"
+
+
+def _lines(figures: Mapping[str, object]) -> Iterator[str]:
+    for name, value in figures.items():
+        if isinstance(value, dict):
+            text = ", ".join(f"{key} {part}" for key, part in value.items()) or "as by default"
+        else:
+            text = f"{value:.10g}" if isinstance(value, float) else str(value)
+        yield f"  {name:20} {text}"
