@@ -37,6 +37,8 @@ INTER_BYTE_S = 0.1  # F5
 # Frames of one shape in a row are decoded together; fewer than this are not worth the preparation.
 RUN_FRAMES = 8
 RUN_MOST = 4096
+# Many short frames are checked column by column; it pays off from so many for each byte of a frame.
+COLUMN_FRAMES = 4
 _MAGIC_BYTE = bytes([MAGIC])
 
 Order = Literal["", "gap", "repeat", "restart"]
@@ -342,14 +344,17 @@ class FrameDecoder:
         hoped = count
         count = alike(buffer, at, count, shape)
         count = following(buffer[at + 1 : at + count * size : size], self._due)
-        if count:
-            count = right_crcs(buffer, at, count, size, self.dialect.checksum, self._step)
-        rows = [list(fields.iter_unpack(buffer[at : at + count * size])) for _, _, fields in shape.parts]
-        for (_, limits, _), values in zip(shape.parts, rows, strict=True):
-            count = min(count, keeping(limits, values))
-        raws = [buffer[n : n + size] for n in range(at, at + count * size, size)]
+        count = self._right_crcs(buffer, at, count, size)
+        piece = buffer[at : at + count * size]
+        for _, limits, fields in shape.parts:
+            if limits:
+                count = min(count, keeping(limits, list(fields.iter_unpack(piece))))
+        piece = piece[: count * size]
+        raws = [piece[n : n + size] for n in range(0, count * size, size)]
         offsets = range(self._offset + at, self._offset + at + count * size, size)
-        columns = [starmap(part[0], values[:count]) for part, values in zip(shape.parts, rows, strict=True)]
+        columns = [
+            starmap(message_type, fields.iter_unpack(piece)) for message_type, _, fields in shape.parts
+        ]
         if columns:
             items += map(Frame, offsets, raws, zip(*columns, strict=True))
         else:
@@ -362,6 +367,14 @@ class FrameDecoder:
         else:
             self._run_most = self._run_wait = RUN_FRAMES
         return at + count * size
+
+    def _right_crcs(self, buffer: bytes, at: int, count: int, size: int) -> int:
+        """How many of ``count`` frames of one size have a right CRC, up to the first that has not."""
+        if count > COLUMN_FRAMES * size:
+            return right_crcs(buffer, at, count, size, self.dialect.checksum, self._step)
+        places = range(at, at + count * size, size)
+        residues = bytes([self._crc(buffer[n + self._first : n + size]) for n in places])
+        return count - len(residues.lstrip(bytes((self._residue,))))
 
 
 __all__ = [
