@@ -36,6 +36,7 @@ from turtlewire.protocols.walter.messages import (
     RobotMessage,
     SetSpeed,
 )
+from turtlewire.robots.car.timed.timed_host import TimedHost
 from turtlewire.robots.exact_pose import Step, Turn, wire_parts, with_rest
 from turtlewire.robots.frame import Frame
 from turtlewire.robots.session import Session
@@ -81,7 +82,8 @@ class Connection:
         self.host = Host(
             baud=settings.baud, max_unfenced=settings.max_unfenced, heartbeat_s=settings.heartbeat_s
         )
-        self.session: Session[Event] = Session(link, self.host, self._on_event)
+        self.timed: TimedHost[Event] = TimedHost(self.host, 10.0 / settings.baud)
+        self.session: Session[Event] = Session(link, self.timed, self._on_event)
         self.where = Whereabouts()
         self.pen_down = True
         self.speed = settings.speed
@@ -235,9 +237,14 @@ class Connection:
 
     def stop(self) -> None:
         """W8: stop at once, ahead of everything, and forget every motion not yet done."""
-        self._stops += 1
-        self.host.emergency_stop(self.link.now())
+        self.halt()
         self.session.flush()
+
+    def halt(self) -> None:
+        """``stop``, as soon as something is sent: keys of direct control may go out with it."""
+        self._stops += 1
+        self.timed.clear_alarm()
+        self.host.emergency_stop(self.link.now())
 
     async def close(self) -> None:
         """Stop the robot, if it can be reached, and let go of it."""
@@ -273,7 +280,7 @@ class Connection:
         """Before every operation: see to it that the robot is in Logo control, and where the host thinks it is."""
         if self._closed:
             raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
-        await self._raise_event()
+        await self.raise_event()
         if self.host.mode is not Mode.LOGO:
             await self._attend(self.settings.reply_timeout_s)
         if self.where.in_doubt:
@@ -312,7 +319,7 @@ class Connection:
             lambda: condition() or self._limit is not None or self._silent or stops != self._stops, deadline
         )
         self._raise_stop(stops)
-        await self._raise_event()
+        await self.raise_event()
 
     def _raise_stop(self, stops: int) -> None:
         if stops != self._stops:
@@ -366,7 +373,7 @@ class Connection:
                 return reported(location, heading)
         raise self._out_of_control()
 
-    async def _raise_event(self) -> None:
+    async def raise_event(self) -> None:
         """Raise the error of a limit event (W13) or of silence (W15), the robot stopped and its pose asked for."""
         if self._attending and (self._silent or self._limit is not None):
             raise _DisturbedError

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from turtlewire.errors import MessageError, NotSupportedError
 from turtlewire.protocols.walter.messages import (
+    DirectKey,
     HornHigh,
     HornLow,
     HornOff,
@@ -16,6 +17,7 @@ from turtlewire.protocols.walter.messages import (
     SetSpeed,
 )
 from turtlewire.robots.walter.absolute import AbsoluteMoves
+from turtlewire.robots.walter.by_hand import ByHand
 from turtlewire.robots.walter.connection import Connection
 from turtlewire.robots.walter.settings import DEFAULTS, Settings, Statistics
 from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent
@@ -72,6 +74,7 @@ class AsyncWalter:
     ) -> None:
         self._wire = Connection(link, settings.checked(), notify)
         self._absolute = AbsoluteMoves(self._wire)
+        self._by_hand = ByHand(self._wire)
         self._paper = paper
         self._step_by_step = False
 
@@ -247,6 +250,26 @@ class AsyncWalter:
         await self.set_heading(start.heading_deg)
         if was_down:
             await self.pen_down()
+
+    # ------------------------------------------------------------------ by hand
+
+    async def drive(self, speed: float, turn: float, *, valid_s: float | None = None) -> None:
+        """Go on so until told otherwise, in direct control: see ``Drive.drive``.
+
+        The robot moves or turns, whichever is more. Where it got, it is asked by the next command of the turtle.
+        """
+        await self._by_hand.drive(speed, turn, valid_s)
+
+    async def press(self, *keys: DirectKey) -> None:
+        """Press keys of direct control. The next command of the turtle stops the robot and changes to Logo control."""
+        await self._by_hand.press(*keys)
+
+    @property
+    def features(self) -> frozenset[str]:
+        """What else the robot has, as far as is known: a pen; by its groups (W10), a horn and a lamp."""
+        return frozenset(
+            {"pen"} | {name for group, name in (("H", "horn"), ("E", "lamp")) if group in self.groups}
+        )
 
     # ------------------------------------------------------------------ pen, screen, speed, horn, lamp
 

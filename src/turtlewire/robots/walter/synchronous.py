@@ -6,6 +6,7 @@ import threading
 import weakref
 from typing import TYPE_CHECKING
 
+from turtlewire.drive import Drive
 from turtlewire.turtle import Pose, Turtle
 
 if TYPE_CHECKING:
@@ -13,14 +14,14 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from turtlewire.protocols.walter.messages import LogoCommand, RobotMessage
+    from turtlewire.protocols.walter.messages import DirectKey, LogoCommand, RobotMessage
     from turtlewire.robots.runner import Runner
     from turtlewire.robots.walter.driver import AsyncWalter
     from turtlewire.robots.walter.settings import Statistics
     from turtlewire.trace import Trace
 
 
-class Walter(Turtle):
+class Walter(Turtle, Drive):
     """A WALTER. ``turtlewire.connect`` makes one; it is a context manager.
 
     Leaving the ``with`` block waits until the motion is done and stops the robot; an error in it stops it at once. So
@@ -114,6 +115,19 @@ class Walter(Turtle):
     def arc(self, angle_deg: float, radius_mm: float) -> None:
         """Draw a part of a circle around the turtle."""
         self._runner.run(self._robot.arc(angle_deg, radius_mm))
+
+    def drive(self, speed: float, turn: float, *, valid_s: float | None = None) -> None:
+        """Go on so until told otherwise, in direct control: it moves or turns, whichever is more."""
+        self._runner.run(self._robot.drive(speed, turn, valid_s=valid_s))
+
+    def press(self, *keys: DirectKey) -> None:
+        """Press keys of direct control. The next command of the turtle stops the robot and leaves it."""
+        self._runner.run(self._robot.press(*keys))
+
+    @property
+    def features(self) -> frozenset[str]:
+        """What else the robot has: a pen; by its groups (W10), a horn and a lamp."""
+        return self._robot.features
 
     def pen_up(self) -> None:
         """Lift the pen."""

@@ -39,11 +39,14 @@ class TimedHost(Generic[EventT]):
     Attributes:
         sent_at: when the first bytes since ``mark`` were sent, on the link's clock; None: none have been yet.
         arrived_at: when the robot had all of them, if the line was free.
+        free_at: when all bytes that were sent so far will have left.
     """
 
     def __init__(self, host: SetPointHost[EventT], byte_s: float) -> None:
         self.sent_at: float | None = None
         self.arrived_at = -math.inf
+        self.free_at = -math.inf
+        self._urgent_size = 0
         self._host = host
         self._byte_s = byte_s
         self._alarm_at = math.inf
@@ -63,11 +66,16 @@ class TimedHost(Generic[EventT]):
 
     def urgent_to_send(self) -> bytes:
         """Bytes that overtake everything."""
-        return self._host.urgent_to_send()
+        data = self._host.urgent_to_send()
+        self._urgent_size += len(data)
+        return data
 
     def data_to_send(self, now: float) -> bytes:
         """Bytes to send now."""
         data = self._host.data_to_send(now)
+        size, self._urgent_size = self._urgent_size + len(data), 0
+        if size:
+            self.free_at = max(self.free_at, now) + size * self._byte_s
         if data and self.sent_at is None:
             self.sent_at = now
             self.arrived_at = now + len(data) * self._byte_s

@@ -1,0 +1,183 @@
+"""WALTER driven by hand, in direct control (PROTOCOLS.md section 3, W8, W13)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from turtlewire.drive import Drive
+from turtlewire.errors import LimitReachedError, LinkClosedError, MessageError, StoppedError, UsageError
+from turtlewire.protocols.walter import messages as m
+from turtlewire.protocols.walter.codec import Mode
+from turtlewire.simulator.world import Wall, World
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.unit.robots.conftest import Bench, MakeBench
+    from turtlewire.simulator.walter import SimulatedWalter
+    from turtlewire.turtle import Pose
+
+    Settle = Callable[[SimulatedWalter, float], Pose]
+
+
+def goes_on(made: Bench, seconds: float) -> bool:
+    """Let the host do what it does for some time; whether the robot moves then."""
+    wire = made.turtle._robot._wire
+    made.turtle._runner.run(wire.until(lambda: False, wire.link.now() + seconds))
+    return made.robot.is_moving
+
+
+@pytest.mark.parametrize(
+    ("speed", "turn", "keys"),
+    [
+        (1, 0.5, b"G\xffA"),
+        (-0.5, 0, b"G\x80Z"),
+        (0.25, 0.5, b"B\x80."),
+        (0, -1, b"B\xff,"),
+        (0.001, 0, b"G\x01A"),
+        (0, 0, b" "),
+    ],
+)
+def test_set_points_are_keys_of_direct_control(
+    bench: MakeBench, speed: float, turn: float, keys: bytes
+) -> None:
+    made = bench()
+    made.wire.forget()
+    made.turtle.drive(speed, turn)
+    # X leaves the pen down: it takes the place of an argument that may be missing.
+    assert made.wire.bytes_sent == m.EMERGENCY_STOP + b"X" + keys
+    made.wire.forget()
+    made.turtle.pen_up()
+    made.turtle.drive(speed, turn)
+    assert made.wire.bytes_sent.endswith(m.EMERGENCY_STOP + b"S" + keys)
+
+
+def test_a_walter_is_a_drive_and_where_it_got_it_is_asked(bench: MakeBench) -> None:
+    made = bench()
+    assert isinstance(made.turtle, Drive)
+    assert made.turtle.features == {"pen", "horn", "lamp"}
+    made.turtle.drive(0.5, 0)
+    assert goes_on(made, 1.0)
+    made.turtle.drive(0, 0.5)
+    assert goes_on(made, 0.5)
+    made.turtle.forward(20)
+    made.turtle.finish()
+    assert made.error_mm < 1.5
+    assert made.robot.statistics.distance_mm == pytest.approx(128.0 + 20.0, abs=3.0)
+    assert made.turtle.pose.heading_deg == pytest.approx(64.0, abs=3.0)
+
+
+def test_a_set_point_lives_as_long_as_it_is_valid(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.drive(0.5, 0, valid_s=0.3)
+    assert goes_on(made, 0.25)
+    made.turtle.drive(0.5, 0, valid_s=0.3)
+    assert goes_on(made, 0.25)
+    assert not goes_on(made, 0.2)
+    made.turtle.drive(0.5, 0, valid_s=0.3)
+    made.turtle.drive(0.5, 0)
+    assert goes_on(made, 2.0)
+    made.turtle.drive(0.5, 0, valid_s=0.5)
+    made.turtle.forward(100)  # a program is no set-point
+    made.turtle.finish()
+    assert made.error_mm < 1.5
+
+
+def test_driving_by_hand_takes_the_robot_from_a_program(bench: MakeBench) -> None:
+    made = bench()
+    at = made.robot.now + 0.5
+
+    def drive_meanwhile(data: bytes) -> bytes:
+        nonlocal at
+        if made.robot.now > at:
+            at = 1e9
+            made.turtle.drive(-0.5, 0)
+        return data
+
+    made.wire.to_host = drive_meanwhile
+
+    def go_on() -> None:
+        for _ in range(50):
+            made.turtle.forward(10)
+
+    with pytest.raises(StoppedError):
+        go_on()
+    assert goes_on(made, 1.0)
+    made.turtle.stop()
+    assert not goes_on(made, 0.2)
+
+
+def test_keys_of_its_own(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.press(m.SetMoveSpeed(50), m.RaisePen(), m.StartForward(), m.MoveFaster())
+    assert goes_on(made, 0.5)
+    assert (made.robot.speed, made.robot.pen_is_down, made.turtle.is_pen_down) == (51, False, False)
+    made.turtle.forward(10)
+    made.turtle.finish()
+    assert (made.robot.speed, made.robot.pen_is_down) == (100, False)
+    made.wire.forget()
+    with pytest.raises(UsageError):
+        made.turtle.press(m.SelectLogo())
+    with pytest.raises(MessageError):
+        made.turtle.press(m.SetMoveSpeed(256))
+    with pytest.raises(MessageError):
+        made.turtle.drive(0, 2)
+    with pytest.raises(MessageError, match="valid_s"):
+        made.turtle.drive(0, 1, valid_s=0)
+    assert made.wire.bytes_sent == b""
+
+
+def test_an_argument_that_was_taken_back_starts_nothing(bench: MakeBench, settle: Settle) -> None:
+    made = bench()
+    made.turtle.drive(0, 0)
+    settle(made.robot, 0.1)
+    made.robot.write(b"G")  # and its speed was taken back
+    made.turtle.drive(0, 0.5)
+    settle(made.robot, 0.2)
+    assert made.robot.is_moving
+    assert made.robot.statistics.distance_mm == 0.0
+
+
+def test_w8_keys_neither_cut_a_stop_short_nor_build_a_backlog(bench: MakeBench, settle: Settle) -> None:
+    made = bench({"baud": 300}, baud=300)
+    made.turtle.forward(500)
+    started = made.robot.now
+    for n in range(5):
+        made.turtle.drive(-1 + n / 10.0, 0)
+        assert made.robot.bytes_on_line <= len(m.EMERGENCY_STOP) + 5
+    made.turtle.stop()
+    made.turtle.drive(0, 1)
+    settle(made.robot, 1.0)
+    assert (made.robot.is_moving, made.robot.turn_speed) == (True, 255)
+    assert made.robot.now - started < 3.0
+    assert made.robot.mode is Mode.DIRECT
+
+
+def test_w13_a_limit_while_driven_by_hand(bench: MakeBench) -> None:
+    made = bench({"world": World((Wall(-300, 200, 300, 200),))})
+    made.turtle.drive(1, 0)
+    with pytest.raises(LimitReachedError, match="front"):
+        goes_on(made, 5.0)
+    assert made.error_mm <= 0.5
+    made.turtle.drive(-0.5, 0)
+    assert goes_on(made, 0.5)
+
+
+def test_a_robot_that_answers_nothing_is_somewhere_and_one_is_told(bench: MakeBench) -> None:
+    made = bench({"groups": frozenset()})
+    assert made.turtle.features == {"pen"}
+    made.turtle.drive(0.5, 0)
+    assert "where it gets by hand is not known" in made.notes[-1]
+
+
+def test_the_end_of_a_with_block_stops_who_drives_by_hand(bench: MakeBench, settle: Settle) -> None:
+    made = bench()
+    made.turtle.drive(1, 0)
+    made.turtle.close(finish=False)
+    assert made.wire.bytes_sent.endswith(m.EMERGENCY_STOP)
+    settle(made.robot, 0.1)
+    assert not made.robot.is_moving
+    with pytest.raises(LinkClosedError):
+        made.turtle.drive(1, 0)
