@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 PIECE = 4096
-ROUNDS = 5
+ROUNDS = 9
 cobs: Any = importlib.import_module("cobs.cobs")
 crc8 = fastcrc.crc8.smbus
 
