@@ -36,8 +36,9 @@ def test_a_car_is_where_the_turtle_is(program: list[tuple[str, float]], speed: i
             getattr(turtle, name)(value)
             assert turtle.reckoned_pose.distance_to(*robot.pose[:2]) < 0.05
         turtle.finish()
-        assert turtle.pose.distance_to(*robot.pose[:2]) < 0.2
-        assert abs(wrapped(turtle.pose.heading_deg - robot.pose.heading_deg)) < 0.1
+        # Its tolerance to the side, and a turn that is not worth being made.
+        assert turtle.pose.distance_to(*robot.pose[:2]) < 1.1
+        assert abs(wrapped(turtle.pose.heading_deg - robot.pose.heading_deg)) < 0.26
 
 
 @given(

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from turtlewire.robots.car.timed.driver import Paper
     from turtlewire.trace import Trace
 
+# Less is not worth a multi-point turn: the clocks of hosts leave about that much.
+WORTH_DEG = 0.25
 # A way back into step takes less than this, if the robot answers at all; at 9600 baud it is half a second.
 PARTING_S = 1.5
 
@@ -79,6 +81,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
             stop_size=LENGTH,
             speed=settings.speed,
             tolerance_mm=settings.tolerance_mm,
+            worth_deg=WORTH_DEG,
             settle_s=settings.calibration.settle_s,
             overrun_s=settings.calibration.overrun_s,
         )

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from turtlewire.robots.car.timed.reckoning import Motion
     from turtlewire.turtle import Pose
 
+# Less is not worth a turn.
+WORTH_DEG = 0.05
 # So often a robot that may be booting is told to stop.
 BOOT_STOP_S = 0.5
 SERVO, LAMP, BEEP = "set_servo_position", "set_lamp", "beep"
@@ -72,6 +74,7 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             stop_size=len(FrameEncoder(self._dialect).encode(self._wheels.messages(Told()))[0]),
             speed=settings.speed,
             tolerance_mm=settings.tolerance_mm,
+            worth_deg=WORTH_DEG,
             settle_s=self._calibration.settle_s,
             overrun_s=self._calibration.overrun_s,
         )

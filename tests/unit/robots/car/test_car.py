@@ -269,6 +269,20 @@ def test_a_stop_while_a_program_drives(bench: MakeBench) -> None:
     assert made.robot.pose.y_mm - stood.y_mm == pytest.approx(50.0, abs=0.01)
 
 
+def test_an_interrupt_while_the_wheels_turn_leaves_the_turtle_where_the_car_is(bench: MakeBench) -> None:
+    made = bench()
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    made.turtle.right(90)
+    made.wire.at(0.1, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        made.turtle.forward(1000)
+    assert made.robot.statistics.distance_mm == 0.0  # it had only begun to steer
+    assert made.turtle.pose == Pose()
+
+
 def test_after_a_stop_nothing_of_a_turn_is_left(bench: MakeBench) -> None:
     made = bench()
     made.turtle.right(90)

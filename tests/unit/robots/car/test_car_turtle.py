@@ -162,11 +162,15 @@ def test_what_is_too_little_is_left_to_the_next_move(bench: MakeBench) -> None:
     made.wire.forget()
     made.turtle.forward(0.04)
     made.turtle.forward(0)
-    made.turtle.right(0.01)
+    made.turtle.right(0.2)
     made.turtle.finish()
     assert made.wire.bytes_sent == b""
     made.turtle.forward(0.04)
     assert made.robot.pose.y_mm == pytest.approx(0.08, abs=0.01)
+    assert made.robot.pose.heading_deg == 0.0
+    made.turtle.right(0.2)
+    made.turtle.finish()
+    assert made.robot.pose.heading_deg == pytest.approx(0.4, abs=0.01)
 
 
 def test_a_car_that_is_off_to_the_side_makes_it_good(bench: MakeBench) -> None:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Protocol
 
 from turtlewire.errors import MessageError, NotSupportedError
 from turtlewire.robots.car.timed.motions import EventT, TimedMotions
-from turtlewire.robots.car.timed.reckoning import LEAST_MOVE_MM, LEAST_TURN_DEG
+from turtlewire.robots.car.timed.reckoning import LEAST_MOVE_MM
 from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from types import TracebackType
     from typing import Self
 
@@ -62,6 +63,7 @@ class AsyncTimedRobot(TimedMotions[EventT]):
         stop_size: int,
         speed: int,
         tolerance_mm: float,
+        worth_deg: float,
         settle_s: float,
         overrun_s: float,
     ) -> None:
@@ -77,6 +79,7 @@ class AsyncTimedRobot(TimedMotions[EventT]):
         self._paper = paper
         self._speed = speed
         self._tolerance_mm = tolerance_mm
+        self._worth_deg = worth_deg
         self._step_by_step = False
 
     async def __aenter__(self) -> Self:
@@ -104,7 +107,7 @@ class AsyncTimedRobot(TimedMotions[EventT]):
 
     @abstractmethod
     async def _turn_robot(self, angle_deg: float) -> None:
-        """Turn the robot clockwise, more than ``LEAST_TURN_DEG``, as the turtle has turned already."""
+        """Turn the robot clockwise, as the turtle has turned already."""
 
     @abstractmethod
     async def _move_robot(self, distance_mm: float) -> None:
@@ -236,19 +239,33 @@ class AsyncTimedRobot(TimedMotions[EventT]):
 
     async def _approach(self) -> None:
         """Bring the robot to where the turtle is."""
-        turn_deg = self.account.aim(self._tolerance_mm)
-        ahead = self.account.robot.distance_to(self.account.exact.x_mm, self.account.exact.y_mm)
-        if ahead < LEAST_MOVE_MM:
-            return
-        if abs(turn_deg) > LEAST_TURN_DEG:
-            await self._turn_robot(turn_deg)
-        if abs(self.account.ahead_mm) >= LEAST_MOVE_MM:
-            await self._move_robot(self.account.ahead_mm)
+        account = self.account
+        with self._or_settled():
+            turn_deg = account.aim(self._tolerance_mm)
+            distance_mm = account.robot.distance_to(account.exact.x_mm, account.exact.y_mm)
+            if distance_mm < LEAST_MOVE_MM:
+                return
+            # A little that the last turn was off by is not worth a turn of its own.
+            aside_mm = distance_mm * abs(math.sin(math.radians(turn_deg)))
+            if abs(turn_deg) > self._worth_deg or aside_mm > self._tolerance_mm:
+                await self._turn_robot(turn_deg)
+            if abs(account.ahead_mm) >= LEAST_MOVE_MM:
+                await self._move_robot(account.ahead_mm)
 
     async def _align(self) -> None:
         """Turn the robot to where the turtle looks."""
-        if abs(self.account.owed_deg) > LEAST_TURN_DEG:
-            await self._turn_robot(self.account.owed_deg)
+        if abs(self.account.owed_deg) > self._worth_deg:
+            with self._or_settled():
+                await self._turn_robot(self.account.owed_deg)
+
+    @contextlib.contextmanager
+    def _or_settled(self) -> Iterator[None]:
+        """Whatever ends a motion before its time, the turtle is where the robot is then."""
+        try:
+            yield
+        except BaseException:
+            self.account.settle()
+            raise
 
     def _fitting(self, amount: float, full_per_s: float) -> float:
         """A speed for so much: that which was set, but slow enough for ``LEAST_HOLD_S``."""

@@ -15,9 +15,8 @@ from turtlewire.turtle import HOME, Pose, direction, wrapped
 
 # A drawn arc is a polygon of pieces that turn by no more than this.
 INK_DEG = 5.0
-# What is less is left to the next move or turn.
+# What is less is left to the next move.
 LEAST_MOVE_MM = 0.05
-LEAST_TURN_DEG = 0.02
 
 
 class Motion(NamedTuple):
