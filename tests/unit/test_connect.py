@@ -27,9 +27,18 @@ from turtlewire.errors import (
     StoppedError,
     UsageError,
 )
+from turtlewire.links.faults import FaultyLink
+from turtlewire.links.memory import MemoryLink
 from turtlewire.protocols.walter import messages as m
+from turtlewire.robots.car import AsyncCar, Car
+from turtlewire.robots.car import Settings as CarSettings
 from turtlewire.robots.runner import InlineRunner, ThreadRunner
+from turtlewire.robots.two_engine import AsyncTwoEngine, TwoEngine
+from turtlewire.robots.two_engine import Settings as TwoEngineSettings
 from turtlewire.robots.walter import AsyncWalter, Settings, Walter
+from turtlewire.simulator.car import CarSettings as CarRobotSettings
+from turtlewire.simulator.car import SimulatedCar
+from turtlewire.simulator.frame_robot import FrameRobotSettings, SimulatedFrameRobot
 from turtlewire.simulator.server import serve
 from turtlewire.simulator.walter import Settings as RobotSettings
 from turtlewire.simulator.walter import SimulatedWalter
@@ -39,6 +48,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from turtlewire.links.link import Link
     from turtlewire.simulator.walter import Action
 
 FAST = Settings(boot_s=0.0)
@@ -47,8 +57,8 @@ FAST = Settings(boot_s=0.0)
 class Served:
     """A simulated robot at a real port, in a thread of its own."""
 
-    def __init__(self, listen: str, speed: float, **settings: Any) -> None:
-        self.robot = SimulatedWalter(RobotSettings(**settings))
+    def __init__(self, listen: str, speed: float, robot: Any = None, **settings: Any) -> None:
+        self.robot = robot or SimulatedWalter(RobotSettings(**settings))
         self.heard = b""
         self.moving = threading.Event()
         write = self.robot.write
@@ -57,7 +67,7 @@ class Served:
             self.heard += data
             write(data)
 
-        self.robot.write = listen_in  # type: ignore[method-assign] # to know what came over the port
+        self.robot.write = listen_in
         self.robot.events = self._happened
         self.url = ""
         self._ready = threading.Event()
@@ -510,6 +520,112 @@ def test_the_baud_rate_of_the_url_counts(served: Callable[..., Served]) -> None:
     port = served(speed=50.0)
     with connect(f"serial://{port.url}?baud=115200") as robot:
         assert robot._robot._wire.settings.baud == 115200
+
+
+# ---------------------------------------------------------------- every robot, every link
+
+
+KINDS: dict[str, tuple[Any, Any, Callable[[], Any]]] = {
+    "walter": (Walter, AsyncWalter, lambda: SimulatedWalter(RobotSettings())),
+    "simple": (Car, AsyncCar, lambda: SimulatedCar(CarRobotSettings())),
+    "frame": (TwoEngine, AsyncTwoEngine, lambda: SimulatedFrameRobot(FrameRobotSettings())),
+}
+
+
+@pytest.mark.parametrize("protocol", KINDS)
+@pytest.mark.parametrize("listen", ["pty", "socket://127.0.0.1:0"])
+def test_every_robot_over_every_port(served: Callable[..., Served], protocol: str, listen: str) -> None:
+    kind, asynchronous, made = KINDS[protocol]
+    port = served(listen, speed=20.0, robot=made())
+    with connect(f"{port.url}?protocol={protocol}&boot_s=0&speed=255&faults=split:1") as robot:
+        assert type(robot) is kind
+        robot.forward(20)
+        robot.right(90)
+        robot.finish()
+        assert robot.pose == Pose(0.0, 20.0, 90.0)
+    assert len(port.heard) > 20
+
+    async def main() -> None:
+        async with await turtlewire.connect_async(f"{port.url}?protocol={protocol}&boot_s=0") as robot:
+            assert type(robot) is asynchronous
+            assert robot.pose == Pose()
+
+    asyncio.run(main())
+    port.end()
+    assert not port.robot.is_moving
+
+
+@pytest.mark.parametrize("protocol", KINDS)
+def test_every_simulated_robot(protocol: str) -> None:
+    seen: list[Link] = []
+
+    def see(link: Link) -> Link:
+        seen.append(link)
+        return link
+
+    with connect(f"sim:{protocol}", wrap=see) as robot:
+        assert type(robot) is KINDS[protocol][0]
+        robot.forward(-20)
+        robot.finish()
+        assert robot.pose == Pose(0.0, -20.0, 0.0)
+    (link,) = seen
+    assert isinstance(link, MemoryLink)
+    with connect(f"sim:{protocol}?faults=lose:0", wrap=see):
+        assert isinstance(seen[1], FaultyLink)
+        assert seen[1].url == f"sim:{protocol}?faults=lose:0"
+
+
+def test_settings_say_which_robot_it_is(served: Callable[..., Served]) -> None:
+    port = served(speed=20.0, robot=KINDS["simple"][2]())
+    with connect(port.url, CarSettings(boot_s=0.0)) as car:
+        assert car.turning_radius_mm > 0.0
+    with pytest.raises(UsageError, match="sim:frame speaks frame, but the settings are"):
+        connect("sim:frame", CarSettings())
+    with connect("sim:frame", TwoEngineSettings(halts=1)) as robot:
+        robot.engine(0, 50)
+
+
+def test_options_of_a_simulated_robot_and_of_its_driver() -> None:
+    end, pace, found = _simulated(target("sim:simple?dead_pwm=60&window=3&pace=2&boot_s=1&speed=9&slip=0.5"))
+    assert (end.settings.dead_pwm, end.settings.boot_s, end.settings.slip, pace) == (60, 1.0, 0.5, 2.0)
+    assert found.overrides == {"window": 3, "speed": 9}
+    end, _, found = _simulated(target("sim:frame?dialect=telemetry&pen_servo=0&telemetry_s=0.5&halts=3"))
+    assert (end.settings.dialect.name, end.settings.telemetry_s) == ("telemetry", 0.5)
+    assert end.settings.baud == end.settings.dialect.baud
+    assert found.overrides == {"dialect": end.settings.dialect, "halts": 3}
+    assert simulated("sim:frame?dialect=telemetry&baud=300").settings.baud == 300
+    # What was set otherwise counts more than the URL.
+    chosen = target("sim:simple?window=3")._replace(overrides={"window": 5})
+    assert _simulated(chosen)[2].overrides == {"window": 5}
+
+
+@pytest.mark.parametrize("url", ["sim:simple?groups=C", "sim:frame?basic=1", "sim:walter?dialect=0.1"])
+def test_options_of_another_robot(url: str) -> None:
+    with pytest.raises(UsageError, match="a simulated robot and its driver have pace, faults, "):
+        connect(url)
+
+
+def test_by_name(served: Callable[..., Served], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    port = served(speed=20.0, robot=KINDS["simple"][2]())
+    (tmp_path / "turtlewire").mkdir()
+    (tmp_path / "turtlewire" / "robots.toml").write_text(
+        f'[herbie]\nport = "{port.url}"\nprotocol = "simple"\nboot_s = 0\n', "utf-8"
+    )
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with turtlewire.connect("herbie") as car:
+        car.steer(255)
+    assert b"R255" in port.heard
+    assert stop("herbie") == (True, None)
+
+
+def test_an_end_that_was_asked_for() -> None:
+    def drive() -> None:
+        with connect("sim:walter?faults=close:1") as robot:
+            robot.forward(1000)
+            robot.finish()
+
+    with pytest.raises(LinkClosedError, match="a fault that was asked for"):
+        drive()
 
 
 # ---------------------------------------------------------------- runners
