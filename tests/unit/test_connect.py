@@ -58,7 +58,7 @@ class Served:
     """A simulated robot at a real port, in a thread of its own."""
 
     def __init__(self, listen: str, speed: float, robot: Any = None, **settings: Any) -> None:
-        self.robot = robot or SimulatedWalter(RobotSettings(**settings))
+        self.robot: Any = robot or SimulatedWalter(RobotSettings(**settings))
         self.heard = b""
         self.moving = threading.Event()
         write = self.robot.write
