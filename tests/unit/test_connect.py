@@ -57,8 +57,8 @@ FAST = Settings(boot_s=0.0)
 class Served:
     """A simulated robot at a real port, in a thread of its own."""
 
-    def __init__(self, listen: str, speed: float, robot: Any = None, **settings: Any) -> None:
-        self.robot: Any = robot or SimulatedWalter(RobotSettings(**settings))
+    def __init__(self, listen: str, speed: float, robot: Any) -> None:
+        self.robot = robot
         self.heard = b""
         self.moving = threading.Event()
         write = self.robot.write
@@ -99,8 +99,8 @@ def served() -> Iterator[Callable[..., Served]]:
     """Serve a simulated robot: ``served("pty", speed=1.0, **settings)``."""
     robots: list[Served] = []
 
-    def make(listen: str = "pty", speed: float = 20.0, **settings: Any) -> Served:
-        robots.append(Served(listen, speed, **settings))
+    def make(listen: str = "pty", speed: float = 20.0, robot: Any = None, **settings: Any) -> Served:
+        robots.append(Served(listen, speed, robot or SimulatedWalter(RobotSettings(**settings))))
         return robots[-1]
 
     yield make
