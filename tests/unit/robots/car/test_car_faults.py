@@ -44,6 +44,7 @@ def test_s8_a_motion_whose_beginning_is_lost(bench: MakeBench, becomes: bytes) -
     made = bench()
     made.wire.to_robot = Damage(FORWARD, {0: becomes})
     text = fail(made, lambda: made.turtle.forward(200))
+    assert made.wire.bytes_sent.count(FORWARD) == 1
     assert "between x 0 mm, y 0 mm" in text
     assert made.robot.pose.y_mm < 10.0  # the way back into step may complete what was cut, and then stops it
     assert between(made)

@@ -181,6 +181,25 @@ def test_a_car_that_is_off_to_the_side_makes_it_good(bench: MakeBench) -> None:
     assert made.turtle.reckoned_pose[:2] == pytest.approx((0.0, 100.0), abs=0.1)
 
 
+def test_going_back_takes_no_turn(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.back(50)
+    made.turtle.set_position(0, -80)
+    made.turtle.set_position(0, 20)
+    assert made.robot.statistics.turned_deg == 0.0
+    assert made.off_mm < 0.05
+
+
+def test_a_stop_releases_the_steering_and_a_turn_sets_it_again(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.steer(255)
+    made.turtle.stop()
+    made.turtle.right(90)
+    made.turtle.finish()
+    assert made.robot.pose.heading_deg == pytest.approx(90.0, abs=0.01)
+    assert made.off_mm < 0.05
+
+
 def test_the_pen_is_on_the_trace_and_in_the_lights(bench: MakeBench) -> None:
     made = bench(pen_light=True)
     assert made.robot.lights == (False, True, False, True)

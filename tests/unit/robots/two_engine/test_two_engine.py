@@ -343,6 +343,17 @@ def test_at_any_speed(bench: MakeBench, dialect: str, speed: int) -> None:
     assert made.robot.pose.heading_deg == pytest.approx(10.0, abs=0.02)
 
 
+def test_whole_turns_are_made_once(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.right(720)
+    made.turtle.forward(10)
+    made.turtle.left(360)
+    made.turtle.finish()
+    made.turtle.back(10)
+    assert made.robot.statistics.turned_deg == pytest.approx(1080.0, abs=0.1)
+    assert made.off_mm < 0.05
+
+
 def test_engines_may_be_the_other_way_round(bench: MakeBench) -> None:
     made = bench(
         calibration=TwoEngineCalibration(
