@@ -187,6 +187,8 @@ def test_going_back_takes_no_turn(bench: MakeBench) -> None:
     made.turtle.set_position(0, -80)
     made.turtle.set_position(0, 20)
     assert made.robot.statistics.turned_deg == 0.0
+    made.turtle.set_position(30, -80)  # behind, and a little aside
+    assert made.robot.statistics.turned_deg == pytest.approx(math.degrees(math.atan(0.3)), abs=0.1)
     assert made.off_mm < 0.05
 
 

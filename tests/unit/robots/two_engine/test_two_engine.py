@@ -33,6 +33,7 @@ from turtlewire.robots.calibration import SpeedCurve, TwoEngineCalibration
 from turtlewire.robots.runner import InlineRunner
 from turtlewire.robots.two_engine import AsyncTwoEngine, Settings, TwoEngine
 from turtlewire.robots.two_engine.odometry import Odometer
+from turtlewire.robots.two_engine.wheels import wheels
 from turtlewire.simulator.frame_robot import FrameRobotSettings, SimulatedFrameRobot
 from turtlewire.simulator.server import serve
 from turtlewire.simulator.world import Wall, World
@@ -341,6 +342,19 @@ def test_at_any_speed(bench: MakeBench, dialect: str, speed: int) -> None:
     made.turtle.finish()
     assert made.off_mm < 0.05
     assert made.robot.pose.heading_deg == pytest.approx(10.0, abs=0.02)
+
+
+def test_the_wheel_that_can_be_told_more_finely_follows_the_other() -> None:
+    told = wheels(
+        shipped("0.1"),
+        TwoEngineCalibration(
+            left=SpeedCurve(dead_pwm=30, mm_per_s_per_pwm=10.0),
+            right=SpeedCurve(dead_pwm=30, mm_per_s_per_pwm=0.5),
+        ),
+    )
+    assert told.nearest(14.0, 14.0) == (31, 50)
+    assert told.motion(told.nearest(14.0, 14.0)) == (10.0, 0.0)
+    assert told.motion(told.nearest(14.0, -14.0)).speed_mm_per_s == 0.0
 
 
 def test_whole_turns_are_made_once(bench: MakeBench) -> None:
