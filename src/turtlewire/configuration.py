@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import unquote, unquote_plus
@@ -338,6 +337,8 @@ def path() -> Path:
 
 def entries() -> dict[str, Entry]:
     """The robots in ``robots.toml``, none of them checked yet. Raises ``DataError`` for a file that is no TOML."""
+    import tomllib
+
     file = path()
     try:
         text = file.read_text("utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import fields
 from typing import TYPE_CHECKING, NamedTuple, overload
 
 from turtlewire import configuration
@@ -221,9 +220,6 @@ def _warn(text: str) -> None:
     logging.getLogger("turtlewire").warning(text)
 
 
-# ---------------------------------------------------------------- stopping
-
-
 class Stopped(NamedTuple):
     """A stop was sent: whether the robot has confirmed it, and where it says that it is, if it can say that."""
 
@@ -323,6 +319,8 @@ def simulated(url: str | Target) -> Any:
 
 def _simulated(target: Target) -> tuple[Any, float | None, Target]:
     """The robot, its pace, and the target with those of its options that are its driver's."""
+    from dataclasses import fields
+
     name, protocol = target.name, target.protocol
     robot_type, settings_type = _simulated_types(protocol)
     numbers = {
