@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from turtlewire.protocols.frame.layout import Layout
 
 # So much of a capture is worked on at a time: what is looked up again and again stays in the processor's cache.
-BLOCK = 1 << 17
+BLOCK = 1 << 18
 _DTYPES = {"u8": "u1", "bool": "?", "u16": ">u2", "i16": ">i2", "u32": ">u4", "i32": ">i4", "f32": ">f4"}
 
 COUNTS, UNKNOWN_TYPE, INCONSISTENT = 0, 1, 2
@@ -95,14 +95,35 @@ def decode(data: bytes, dialect: Dialect, direction: str = TO_ROBOT) -> Capture:
     What is damaged has no place in the columns; the streaming decoder tells about it.
     """
     capture = np.frombuffer(data, np.uint8)
-    starts = [_starts(capture, at, dialect.checksum) for at in range(0, len(capture), BLOCK)]
-    offset = np.concatenate(starts) if starts else np.empty(0, np.int64)
-    size = capture[offset + 2]
-    keep = _not_within_another(offset, offset + size + OVERHEAD)
-    if keep is not None:
-        offset, size = offset[keep], size[keep]
-    ignored, messages = _messages(capture, offset, size, dialect, direction)
-    return Capture(offset, capture[offset + 1], size, ignored, messages)
+    table = layouts(dialect, direction)
+    parts: list[Capture] = []
+    taken = frames = 0  # where the last frame ended; how many there have been
+    for at in range(0, max(1, len(capture)), BLOCK):
+        offset = _starts(capture, at, dialect.checksum)
+        offset = offset[np.searchsorted(offset, taken) :]
+        size = capture[offset + 2]
+        keep = _not_within_another(offset, offset + size + OVERHEAD)
+        if keep is not None:
+            offset, size = offset[keep], size[keep]
+        if len(offset):
+            taken = int(offset[-1]) + int(size[-1]) + OVERHEAD
+        parts.append(_messages(capture, offset, size, table, frames))
+        frames += len(offset)
+    return parts[0] if len(parts) == 1 else _joined(parts)
+
+
+def _joined(parts: list[Capture]) -> Capture:
+    """The columns of all blocks, one behind the other."""
+    messages = {}
+    for message_type in parts[0].messages:
+        of_type = [part.messages[message_type] for part in parts]
+        frame, offset, refused = (np.concatenate([found[n] for found in of_type]) for n in range(3))
+        fields = {
+            name: np.concatenate([found.fields[name] for found in of_type]) for name in of_type[0].fields
+        }
+        messages[message_type] = Messages(frame, offset, refused, fields)
+    offset, seq, size, ignored = (np.concatenate([part[n] for part in parts]) for n in range(4))
+    return Capture(offset, seq, size, ignored, messages)
 
 
 def _starts(capture: NDArray[np.uint8], at: int, checksum: Checksum) -> NDArray[np.int64]:
@@ -149,11 +170,13 @@ def _messages(
     capture: NDArray[np.uint8],
     offset: NDArray[np.int64],
     size: NDArray[np.uint8],
-    dialect: Dialect,
-    direction: str,
-) -> tuple[NDArray[np.uint8], dict[type[FrameMessage], Messages]]:
-    """What stands in the frames: all first messages, then all second ones, and so on."""
-    table = layouts(dialect, direction)
+    table: list[Layout | None],
+    before: int,
+) -> Capture:
+    """What stands in a block's frames: all first messages, then all second ones, and so on.
+
+    ``before`` frames stand in the blocks before.
+    """
     sizes = np.array([0 if layout is None else layout.size for layout in table], np.uint8)
     ignored = np.zeros(len(offset), np.uint8)
     frame = np.flatnonzero(size)
@@ -189,8 +212,8 @@ def _messages(
             of_kind = kinds == number
             whole = bool(of_kind.all())
             mine, where = (frames, places) if whole else (frames[of_kind], places[of_kind])
-            messages[layout.message_type] = _columns(capture, mine, where, layout)
-    return ignored, messages
+            messages[layout.message_type] = _columns(capture, mine + before, where, layout)
+    return Capture(offset, capture[offset + 1], size, ignored, messages)
 
 
 def _columns(
