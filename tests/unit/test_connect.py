@@ -532,12 +532,17 @@ KINDS: dict[str, tuple[Any, Any, Callable[[], Any]]] = {
 }
 
 
+# A machine with much to do may take longer for an answer than a car does.
+PATIENT = {"walter": "&reply_timeout_s=20", "simple": "&reply_delay_s=0.4", "frame": ""}
+
+
 @pytest.mark.parametrize("protocol", KINDS)
 @pytest.mark.parametrize("listen", ["pty", "socket://127.0.0.1:0"])
 def test_every_robot_over_every_port(served: Callable[..., Served], protocol: str, listen: str) -> None:
     kind, asynchronous, made = KINDS[protocol]
     port = served(listen, speed=20.0, robot=made())
-    with connect(f"{port.url}?protocol={protocol}&boot_s=0&speed=255&faults=split:1") as robot:
+    url = f"{port.url}?protocol={protocol}&boot_s=0&speed=255{PATIENT[protocol]}"
+    with connect(f"{url}&faults=split:1") as robot:
         assert type(robot) is kind
         robot.forward(20)
         robot.right(90)
@@ -546,7 +551,7 @@ def test_every_robot_over_every_port(served: Callable[..., Served], protocol: st
     assert len(port.heard) > 20
 
     async def main() -> None:
-        async with await turtlewire.connect_async(f"{port.url}?protocol={protocol}&boot_s=0") as robot:
+        async with await turtlewire.connect_async(url) as robot:
             assert type(robot) is asynchronous
             assert robot.pose == Pose()
 
@@ -577,7 +582,7 @@ def test_every_simulated_robot(protocol: str) -> None:
 
 def test_settings_say_which_robot_it_is(served: Callable[..., Served]) -> None:
     port = served(speed=20.0, robot=KINDS["simple"][2]())
-    with connect(port.url, CarSettings(boot_s=0.0)) as car:
+    with connect(port.url, CarSettings(reply_delay_s=0.4)) as car:
         assert car.turning_radius_mm > 0.0
     with pytest.raises(UsageError, match="sim:frame speaks frame, but the settings are"):
         connect("sim:frame", CarSettings())
@@ -609,7 +614,7 @@ def test_by_name(served: Callable[..., Served], tmp_path: Path, monkeypatch: pyt
     port = served(speed=20.0, robot=KINDS["simple"][2]())
     (tmp_path / "turtlewire").mkdir()
     (tmp_path / "turtlewire" / "robots.toml").write_text(
-        f'[herbie]\nport = "{port.url}"\nprotocol = "simple"\nboot_s = 0\n', "utf-8"
+        f'[herbie]\nport = "{port.url}"\nprotocol = "simple"\nreply_delay_s = 0.4\n', "utf-8"
     )
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     with turtlewire.connect("herbie") as car:

@@ -98,7 +98,7 @@ def test_a_car_that_drives_with_a_command_cut_off(
     company: Company, capsys: pytest.CaptureFixture[str]
 ) -> None:
     set_going(company.urls[0], b"F255000L1")
-    assert main(["stop", "--robot", "simple", "--port", company.urls[0]]) == 0
+    assert main(["stop", "--port", f"{company.urls[0]}?protocol=simple&reply_delay_s=0.4"]) == 0
     assert capsys.readouterr() == ("stopped: the robot answers\n", "")
     company.end()
     assert company.heard[0].startswith(b"F255000L1" + EMERGENCY_STOP)
@@ -132,7 +132,8 @@ def test_all_of_them(
 ) -> None:
     car, frame, walter, basic = company.urls
     text = (
-        f'[herbie]\nport = "{car}"\nprotocol = "simple"\n[dot]\nport = "{frame}"\nprotocol = "frame"\n'
+        f'[herbie]\nport = "{car}"\nprotocol = "simple"\nreply_delay_s = 0.4\n'
+        f'[dot]\nport = "{frame}"\nprotocol = "frame"\n'
         f'[elsie]\nport = "{walter}"\n[elmer]\nport = "{basic}"\nboot_s = 0\nreply_timeout_s = 0.1\n'
         '[dream]\nport = "sim:walter"\n'
     )
