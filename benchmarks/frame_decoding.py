@@ -488,7 +488,8 @@ def main() -> None:
         for runner in runners:
             rate, rate_read = decoded[runner.title], read[runner.title]
             print(
-                f"  {runner.title:36}{runner.gives:9}{rate / 1000:>9,.0f}{mine / rate:>9.1f} x{bulk_rate / rate:>7.1f} x"
+                f"  {runner.title:36}{runner.gives:9}{rate / 1000:>9,.0f}"
+                f"{mine / rate:>9.1f} x{bulk_rate / rate:>7.1f} x"
                 f"{rate_read / 1000:>11,.0f}{read['turtlewire, streaming'] / rate_read:>9.1f} x"
             )
         short, long = peak_bytes(load, 2), peak_bytes(load, 10)
