@@ -271,7 +271,7 @@ async def _stop(target: Target, settings: AnySettings | None) -> Stopped:
     if target.port in PTY:
         raise UsageError("pty is a new port, with no robot at it yet: name the port of the robot")
     settings = target.settings(settings)
-    link = _with_faults(await _opened(target, settings), target)
+    link = await _opened(target, settings)  # without faults: this is no lesson
     if target.protocol == "frame":
         return await _stop_unanswered(link, settings)
     # A robot that is booting hears nothing of this, but does not move either.

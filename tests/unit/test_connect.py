@@ -623,6 +623,11 @@ def test_by_name(served: Callable[..., Served], tmp_path: Path, monkeypatch: pyt
     assert stop("herbie") == (True, None)
 
 
+def test_a_stop_is_no_lesson_about_noise(served: Callable[..., Served]) -> None:
+    port = served(speed=20.0)
+    assert stop(f"{port.url}?faults=lose:1").is_confirmed
+
+
 def test_an_end_that_was_asked_for() -> None:
     def drive() -> None:
         with connect("sim:walter?faults=close:1") as robot:
