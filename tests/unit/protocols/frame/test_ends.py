@@ -199,6 +199,35 @@ def test_one_of_many_alike_is_different(place: int) -> None:
     assert [n for n, item in enumerate(found) if item.order] == ([place] if place else [])
 
 
+def test_one_of_many_says_another_size() -> None:
+    """Though its bytes would be a frame of the size of the others, CRC and all: its size is what it says."""
+    frames = [frame_bytes(DIALECT, n, b"\x01\x00\x05") for n in range(40)]
+    body = b"\xa3\x14\x05\x01\x00\x05"
+    frames[20] = body + bytes([DIALECT.checksum.algorithm.crc(body)])
+    decoder = FrameDecoder(DIALECT)
+    items = decoder.receive_data(b"".join(frames))
+    assert [item.offset for item in items if not isinstance(item, Frame)] == [140]
+    assert (decoder.statistics.frames, decoder.statistics.wrong_crc, decoder.statistics.lost) == (39, 1, 1)
+
+
+def test_one_of_many_has_no_number_of_the_enumeration() -> None:
+    payloads = [bytes([0x12, 3 if n == 20 else n % 3, 0, 1]) for n in range(40)]
+    stream = b"".join(frame_bytes(TELEMETRY, n, payload) for n, payload in enumerate(payloads))
+    decoder = FrameDecoder(TELEMETRY)
+    items = decoder.receive_data(stream)
+    assert [item.seq for item in items if isinstance(item, Frame) and item.refused] == [20]
+    assert decoder.statistics.refused == {"beep": 1}
+
+
+def test_a_frame_is_filled_to_its_last_byte() -> None:
+    beeps = [TELEMETRY["Beep"](0, n) for n in range(32)]
+    assert [len(frame) for frame in FrameEncoder(TELEMETRY).encode(beeps)] == [128, 8]
+    host = Host(TELEMETRY)
+    host.connect(0.0)
+    host.send(*beeps)
+    assert len(host.data_to_send(1.0)) == 128
+
+
 def test_every_other_frame_refused() -> None:
     """Looking ahead in vain does not cost more and more; the counts are right all the same."""
     decoder = FrameDecoder(DIALECT)
