@@ -154,3 +154,9 @@ def test_the_bar_of_robots_that_count_no_commands() -> None:
             figures = RobotBar(robot, lambda: 0.5, shown=False)._figures()
         assert figures.startswith("0.00 m, ")
         assert ("commands" in figures) == counts
+
+
+def test_the_url_of_a_simulated_robot_counts_more_than_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["run", "corner.logo", "--port", "sim:walter?seed=3", "--seed", "5", "--json", "--statistics"]
+    assert main(command) == 0
+    assert json.loads(capsys.readouterr().out)["connection"]["settings"] == {"seed": "3", "pace": "max"}
