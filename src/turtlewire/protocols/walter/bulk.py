@@ -46,11 +46,9 @@ if TYPE_CHECKING:
     # where each line begins, where the next one does, and what it is
     _Lines = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint8]]
 
-# So much of a capture is worked on at a time: what is looked up again and again stays in the processor's cache.
-BLOCK = 1 << 17
-# No line with the LF behind it is longer.
-LONGEST = 8
-_DTYPES = {"u8": "u1", "bit": "u1", "u16": ">u2", "i16": ">i2"}
+BLOCK = 1 << 17  # of a capture are worked on at a time, so that they stay in the processor's cache
+LONGEST = 8  # no line with the LF behind it is longer
+_DTYPES = {"u16": np.uint16, "i16": np.int16}
 _NONE = 255  # the number of no type
 
 Types = tuple[type[WalterMessage], ...]
@@ -131,6 +129,7 @@ class _Tables(NamedTuple):
     narrow: tuple[int, ...]  # types of which not every value is one
     key: NDArray[np.uint8]
     takes: NDArray[np.bool_]  # keys that take a byte
+    changes: NDArray[np.bool_]  # types that change to direct control
     decoder: Callable[[Mode], CommandDecoder | ReplyDecoder]
 
 
@@ -165,7 +164,8 @@ def _tables(types: Types, decoder: Callable[[Mode], CommandDecoder | ReplyDecode
             span[place] = _length(message_type)
     begins = bytes((span > 1).any(axis=1).astype(np.uint8))
     narrow = tuple(at for at, message_type in enumerate(types) if any(map(_is_narrow, message_type.FIELDS)))
-    return _Tables(types, begins, number.ravel(), span.ravel(), narrow, key, takes, decoder)
+    changes = np.array([message_type is SelectDirect for message_type in types])
+    return _Tables(types, begins, number.ravel(), span.ravel(), narrow, key, takes, changes, decoder)
 
 
 def _is_narrow(field: Field) -> bool:
@@ -208,15 +208,12 @@ def _decode(data: bytes, mode: Mode, tables: _Tables) -> Capture:
     if len(wrong):
         errors = errors[:, np.argsort(errors[0])]
     start, number = walk.taken()
-    empty = np.array(walk.empty, np.int64)
-    if len(place) or len(empty):
-        none = np.full(len(empty), tables.types.index(EmptyLine), np.uint8)
-        start = np.concatenate([start, empty, place])
-        number = np.concatenate([number, none, key])
-        order = np.argsort(start, kind="stable")
-        start, number = start[order], number[order]
+    empty = tables.types.index(EmptyLine)
+    start = np.concatenate([start, place, np.array(walk.empty, np.int64)])
+    number = np.concatenate([number, key, np.full(len(walk.empty), empty, np.uint8)])
     ends = np.cumsum(np.bincount(number, minlength=len(tables.types)))
     groups = np.split(start[np.argsort(number, kind="stable")], ends[:-1])
+    groups[empty].sort()  # the only ones of both modes
     messages = {
         message_type: Messages(offset, _fields(capture, offset, message_type))
         for message_type, offset in zip(tables.types, groups, strict=True)
@@ -234,8 +231,7 @@ def _fields(
         width = KINDS[field.kind][0]
         column: Column = capture[at]
         if width == 2:
-            wire = np.dtype(_DTYPES[field.kind]).newbyteorder("=")
-            column = (column.astype(np.uint16) << 8 | capture[at + 1]).view(wire)
+            column = (column.astype(np.uint16) << 8 | capture[at + 1]).view(_DTYPES[field.kind])
         elif field.kind == "bit":
             column = np.where(column >> 1 == 0x18, column & 1, column)  # W4: ASCII 0 and 1 are read too
         fields[field.name] = column
@@ -287,8 +283,6 @@ class _Walk:
 
     def taken(self) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
         """The well-formed lines: where they begin, and their numbers."""
-        if self._runs == [(0, len(self._start))]:
-            return self._start, self._number
         change = np.zeros(len(self._start) + 1, np.int8)
         for sign, places in zip((1, -1), np.array(self._runs, np.int64).reshape(-1, 2).T, strict=True):
             change[places] += sign
@@ -299,13 +293,9 @@ class _Walk:
         """Walk to the end of the capture; return the mode there."""
         size = len(self._data)
         start, end = self._start.data, self._end.data
-        breaks = np.ones(len(start), np.bool_)
-        np.not_equal(self._end[:-1], self._start[1:], out=breaks[:-1])
-        direct = self._tables.types.index(SelectDirect) if SelectDirect in self._tables.types else _NONE
-        changes = self._number == direct
-        breaks |= changes
-        last = np.flatnonzero(breaks).data
-        is_change = changes.data
+        changes = self._tables.changes[self._number]
+        breaks = changes | (self._end != np.append(self._start[1:], -1))
+        last, is_change = np.flatnonzero(breaks).data, changes.data
         at = line = stop = 0
         while at < size:
             if mode is Mode.DIRECT:
@@ -349,12 +339,12 @@ class _Walk:
             end = at + 1
         else:
             two = data[at] << 8 | (data[at + 1] if at + 1 < size else 0)
-            span = int(self._tables.span[two])
+            span = self._span[two]
             decisive = at + span - 1
             if decisive >= size:
                 return size
             byte = data[decisive]
-            if self._tables.number[two] == _NONE:
+            if self._numbers[two] == _NONE:
                 code = two if span > 1 else two & 0xFF00
             else:
                 code = 1 << 18 | two if byte == CR else 1 << 16 | byte
@@ -402,8 +392,7 @@ def _keys(
     # In a row of bytes that would take another, every second one is taken.
     odd = (index - np.maximum.accumulate(np.where(takes, -1, index))) & 1 == 1
     is_key = np.concatenate([[True], ~odd[:-1]])
-    skipped = (byte[1:] == LF) & (byte[:-1] == CR) & is_key[:-1]  # W1
-    is_key[1:] &= ~skipped
+    is_key[1:] &= ~((byte[1:] == LF) & (byte[:-1] == CR) & is_key[:-1])  # W1
     is_key[-1] &= not takes[-1]
     number = tables.key[byte]
     right = is_key & (number != _NONE)
