@@ -83,6 +83,8 @@ def test_what_looks_like_a_line_within_another_is_none() -> None:
         (b"\n\r", [(0, 2, "unknown letter 0A")]),
         (b"p?abc\r", [(0, 6, "unknown letter '?' after 'p'")]),
         (b"P\r", [(0, 2, "RET after 'P'")]),
+        (b"P\x00\rP\r", [(0, 3, "unknown letter 00 after 'P'"), (3, 2, "RET after 'P'")]),
+        (b"\x00\r2\r\x00", [(0, 2, "unknown letter 00"), (4, 1, "no key 00")]),
         (b"F\x00\x00\x00\r", [(0, 5, "00 where RET must be")]),
         (b"F\r\r\r\rx\r", [(5, 2, "unknown letter 'x'")]),
         (b"PU\n\r", [(0, 4, "0A where RET must be")]),
@@ -142,6 +144,14 @@ def test_keys_that_take_a_byte_take_each_other() -> None:
     capture = decode_commands(b"GbB1 G", Mode.DIRECT)
     assert found(capture) == {SetMoveSpeed: ([0], [0x62]), SetTurnSpeed: ([2], [0x31]), Stop: ([4],)}
     assert capture.mode is Mode.DIRECT
+
+
+def test_the_byte_that_a_key_takes_may_look_like_a_change_of_mode() -> None:
+    assert found(decode_commands(b"G11PU\r", Mode.DIRECT)) == {
+        SetMoveSpeed: ([0], [0x31]),
+        SelectLogo: ([2],),
+        PenUp: ([3],),
+    }
 
 
 def test_a_run_of_such_keys_ends_with_its_part() -> None:

@@ -68,6 +68,12 @@ def test_what_is_wrong_is_told_in_order_with_one_text_for_each_reason() -> None:
     assert capture.messages[Stop].offset.tolist() == [49]
 
 
+def test_digits_in_front_of_what_is_wrong_are_no_reason() -> None:
+    capture = decode_commands(b"F9x0000F9y0000F0y0000F09/000")
+    assert [text[15:18] for *_, text in errors(capture)] == ["'x'", "'y'", "'y'", "'/'"]
+    assert len(capture.errors.reasons) == 3
+
+
 def test_an_extension_has_columns_too() -> None:
     capture = decode_commands(b"V900abcV901000V005000V004000", (Servo,))
     assert columns(capture.messages[Servo]) == {"place": [900, 5]}
