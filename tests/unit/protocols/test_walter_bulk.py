@@ -86,6 +86,7 @@ def test_what_looks_like_a_line_within_another_is_none() -> None:
         (b"P\x00\rP\r", [(0, 3, "unknown letter 00 after 'P'"), (3, 2, "RET after 'P'")]),
         (b"\x00\r2\r\x00", [(0, 2, "unknown letter 00"), (4, 1, "no key 00")]),
         (b"F\x00\x00\x00\r", [(0, 5, "00 where RET must be")]),
+        (b"F\x00\x00\x00\r\x00\r", [(0, 5, "00 where RET must be"), (5, 2, "unknown letter 00")]),
         (b"F\r\r\r\rx\r", [(5, 2, "unknown letter 'x'")]),
         (b"PU\n\r", [(0, 4, "0A where RET must be")]),
         (b"xyz", []),
@@ -152,6 +153,10 @@ def test_the_byte_that_a_key_takes_may_look_like_a_change_of_mode() -> None:
         SelectLogo: ([2],),
         PenUp: ([3],),
     }
+
+
+def test_the_first_key_may_change_the_mode() -> None:
+    assert found(decode_commands(b"1PU\r", Mode.DIRECT)) == {SelectLogo: ([0],), PenUp: ([1],)}
 
 
 def test_a_run_of_such_keys_ends_with_its_part() -> None:
