@@ -152,7 +152,7 @@ class Simulator(Process):
 
         def is_still() -> bool:
             begun = sum(action.startswith("started") for action in self.actions)
-            ended = sum(action.startswith(("ended", "stopped")) for action in self.actions)
+            ended = sum(action.startswith(("ended", "stopped", "refused")) for action in self.actions)
             return begun == ended
 
         self._wait(is_still, "the robot to stand still")

@@ -8,9 +8,9 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, TypeVar
 
 from turtlewire.errors import LinkClosedError
+from turtlewire.robots.session import PUMP
 
 if TYPE_CHECKING:
-    import asyncio
     from collections.abc import Coroutine
 
 T = TypeVar("T")
@@ -63,7 +63,6 @@ class ThreadRunner(Runner):
         self._loop = asyncio.new_event_loop()
         self._lock = threading.Lock()
         self._closed = False
-        self._running: set[asyncio.Task[object]] = set()  # what ``run`` was given
         self._thread = threading.Thread(target=self._loop.run_forever, name="turtlewire", daemon=True)
         self._thread.start()
 
@@ -80,7 +79,7 @@ class ThreadRunner(Runner):
             with self._lock:  # what is handed over before ``close`` is seen by it
                 if self._closed:
                     raise LinkClosedError("the link to the robot is closed: connect again")
-                future = asyncio.run_coroutine_threadsafe(self._counted(coroutine), self._loop)
+                future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
             return future.result()
         except concurrent.futures.CancelledError:
             raise LinkClosedError("the link to the robot was closed meanwhile: connect again") from None
@@ -90,17 +89,6 @@ class ThreadRunner(Runner):
             else:
                 future.cancel()
             raise
-
-    async def _counted(self, coroutine: Coroutine[object, None, T]) -> T:
-        import asyncio
-
-        task = asyncio.current_task()
-        assert task is not None
-        self._running.add(task)
-        try:
-            return await coroutine
-        finally:
-            self._running.discard(task)
 
     @property
     def is_here(self) -> bool:
@@ -124,7 +112,9 @@ class ThreadRunner(Runner):
         """Let what was cut off (by Ctrl-C) stop its robot and let go of its port; only then end what serves it."""
         import asyncio
 
-        for tasks in (set(self._running), asyncio.all_tasks() - {asyncio.current_task()}):
+        rest = asyncio.all_tasks() - {asyncio.current_task()}
+        pumps = {task for task in rest if task.get_name() == PUMP}
+        for tasks in (rest - pumps, pumps):
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)

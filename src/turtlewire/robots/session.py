@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from turtlewire.links.link import Link
 
+# The name of the task that serves a link: the last one to be ended.
+PUMP = "turtlewire pump"
+
 Event_co = TypeVar("Event_co", covariant=True)
 EventT = TypeVar("EventT")
 
@@ -63,7 +66,7 @@ class Session(Generic[EventT]):
             import asyncio
 
             self._changed = asyncio.Event()
-            self._pump = asyncio.create_task(self._pump_forever())
+            self._pump = asyncio.create_task(self._pump_forever(), name=PUMP)
 
     @property
     def failed(self) -> bool:
