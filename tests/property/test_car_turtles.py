@@ -11,9 +11,9 @@ from turtlewire.links.memory import MemoryLink
 from turtlewire.robots.calibration import CarCalibration, SpeedCurve
 from turtlewire.robots.car import AsyncCar, Car
 from turtlewire.robots.car import Settings as CarSettings
-from turtlewire.robots.car.timed.reckoning import Motion, Reckoning
 from turtlewire.robots.car.turning import Turning
 from turtlewire.robots.runner import InlineRunner
+from turtlewire.robots.timed.reckoning import Motion, Reckoning
 from turtlewire.simulator.car import SimulatedCar
 from turtlewire.turtle import HOME, wrapped
 

@@ -22,15 +22,15 @@ from turtlewire.protocols.simple.messages import (
 )
 from turtlewire.robots.calibration import FULL_PWM
 from turtlewire.robots.car.settings import DEFAULTS, Settings, Statistics
-from turtlewire.robots.car.timed.driver import AsyncTimedRobot, check, check_valid_s
-from turtlewire.robots.car.timed.reckoning import Motion
 from turtlewire.robots.car.turning import Turning
+from turtlewire.robots.timed.driver import AsyncTimedRobot, check, check_valid_s
+from turtlewire.robots.timed.reckoning import Motion
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
-    from turtlewire.robots.car.timed.driver import Paper
+    from turtlewire.robots.timed.driver import Paper
     from turtlewire.trace import Trace
 
 # Less is not worth a multi-point turn: the clocks of hosts leave about that much.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.robots.car.driver import AsyncCar
-from turtlewire.robots.car.timed.synchronous import TimedRobot
+from turtlewire.robots.timed.synchronous import TimedRobot
 
 if TYPE_CHECKING:
     from turtlewire.robots.car.settings import Statistics

@@ -10,7 +10,7 @@ from turtlewire.errors import LimitReachedError, NotSupportedError, UsageError
 from turtlewire.protocols.frame.codec import FrameEncoder
 from turtlewire.protocols.frame.host import Host, stop_bytes
 from turtlewire.protocols.frame.message import FrameMessage
-from turtlewire.robots.car.timed.driver import AsyncTimedRobot, check_valid_s
+from turtlewire.robots.timed.driver import AsyncTimedRobot, check_valid_s
 from turtlewire.robots.two_engine.odometry import Odometer, Travel
 from turtlewire.robots.two_engine.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.two_engine.wheels import EngineWheels, Told, field_values, motion, wheels
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
-    from turtlewire.robots.car.timed.driver import Paper
-    from turtlewire.robots.car.timed.reckoning import Motion
+    from turtlewire.robots.timed.driver import Paper
+    from turtlewire.robots.timed.reckoning import Motion
     from turtlewire.turtle import Pose
 
 # Less is not worth a turn.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.robots.car.timed.synchronous import TimedRobot
+from turtlewire.robots.timed.synchronous import TimedRobot
 from turtlewire.robots.two_engine.driver import AsyncTwoEngine
 
 if TYPE_CHECKING:

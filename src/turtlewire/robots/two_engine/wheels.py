@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from turtlewire.errors import NotSupportedError, UsageError
 from turtlewire.robots.calibration import FULL_PWM
-from turtlewire.robots.car.timed.reckoning import Motion
+from turtlewire.robots.timed.reckoning import Motion
 
 if TYPE_CHECKING:
     from turtlewire.protocols.frame.dialect import Dialect, Entry

@@ -36,10 +36,10 @@ from turtlewire.protocols.walter.messages import (
     RobotMessage,
     SetSpeed,
 )
-from turtlewire.robots.car.timed.timed_host import TimedHost
 from turtlewire.robots.exact_pose import Step, Turn, wire_parts, with_rest
 from turtlewire.robots.frame import Frame
 from turtlewire.robots.session import Session
+from turtlewire.robots.timed.timed_host import TimedHost
 from turtlewire.robots.walter.questions import Question, reported
 from turtlewire.robots.walter.whereabouts import UNIT_MM, Target, Whereabouts
 from turtlewire.turtle import HOME, Pose

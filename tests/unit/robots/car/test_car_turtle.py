@@ -13,8 +13,8 @@ from tests.unit.robots.car.wires import corners
 from turtlewire.errors import NotSupportedError, UsageError
 from turtlewire.logo import Interpreter, ScreenTurtle
 from turtlewire.robots.calibration import CarCalibration, SpeedCurve
-from turtlewire.robots.car.timed.reckoning import Motion
 from turtlewire.robots.car.turning import Turning
+from turtlewire.robots.timed.reckoning import Motion
 from turtlewire.turtle import HOME, Pose, wrapped
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Protocol
 
 from turtlewire.errors import MessageError, NotSupportedError
-from turtlewire.robots.car.timed.motions import EventT, TimedMotions
-from turtlewire.robots.car.timed.reckoning import LEAST_MOVE_MM
+from turtlewire.robots.timed.motions import EventT, TimedMotions
+from turtlewire.robots.timed.reckoning import LEAST_MOVE_MM
 from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from turtlewire.links.link import Link
-    from turtlewire.robots.car.timed.timed_host import SetPointHost
+    from turtlewire.robots.timed.timed_host import SetPointHost
     from turtlewire.trace import Trace
 
 # What one command may ask for: a kilometre, or a million degrees or seconds.

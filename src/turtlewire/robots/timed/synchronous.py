@@ -7,7 +7,7 @@ import weakref
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from turtlewire.drive import Drive
-from turtlewire.robots.car.timed.driver import AsyncTimedRobot
+from turtlewire.robots.timed.driver import AsyncTimedRobot
 from turtlewire.turtle import Pose, Turtle
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from turtlewire.errors import LinkClosedError, LinkError, StoppedError
-from turtlewire.robots.car.timed.reckoning import Motion, Reckoning
-from turtlewire.robots.car.timed.timed_host import SetPointHost, TimedHost
 from turtlewire.robots.session import Session
+from turtlewire.robots.timed.reckoning import Motion, Reckoning
+from turtlewire.robots.timed.timed_host import SetPointHost, TimedHost
 
 if TYPE_CHECKING:
     from collections.abc import Callable
