@@ -126,7 +126,7 @@ class Process:
 
 
 class Simulator(Process):
-    """``turtlewire simulate walter --verbose``."""
+    """``turtlewire simulate ROBOT --verbose``."""
 
     @property
     def url(self) -> str:
@@ -173,8 +173,8 @@ class Cli:
     def __call__(self, *arguments: str) -> Ended:
         return self.start(*arguments).end()
 
-    def simulate(self, *arguments: str, speed: str = SPEED) -> Simulator:
-        simulator = Simulator(["simulate", "walter", "--verbose", "--speed", speed, *arguments], self.folder)
+    def simulate(self, *arguments: str, speed: str = SPEED, robot: str = "walter") -> Simulator:
+        simulator = Simulator(["simulate", robot, "--verbose", "--speed", speed, *arguments], self.folder)
         self.processes.append(simulator)
         return simulator
 

@@ -209,3 +209,20 @@ def test_a_limit_without_a_handler_names_sensor_pose_and_line(cli: Cli, tmp_path
     ended = cli("run", cli.program("\nFD 300"), "--port", "sim:walter?arena=arena.toml")
     ended.check_said("the front limit sensor", "the last motions of program.logo, whose end is line 2")
     assert ended.code == 3
+
+
+@pytest.mark.parametrize("robot", ["simple", "frame"])
+def test_the_other_robots_are_served_and_driven_too(cli: Cli, robot: str) -> None:
+    simulator = cli.simulate("--picture", "seen.svg", robot=robot, speed="1")
+    ended = cli("run", cli.program("FD 30 RT 90 FD 20"), "--port", f"{simulator.url}?protocol={robot}")
+    assert ended.code == 0
+    ended.check_said("program.logo: done", "x 20 mm, y 30 mm, heading 90 degrees")
+    simulator.signal(signal.SIGTERM)
+    assert simulator.end().code == 130
+    assert (cli.folder / "seen.svg").read_text("utf-8").count("<path") > 2
+
+
+def test_an_option_of_another_robot_is_refused(cli: Cli) -> None:
+    ended = cli("simulate", "simple", "--basic")
+    assert ended.code == 2
+    ended.check_said("unknown option 'basic'")

@@ -44,7 +44,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "The first line printed is the URL that it listens on.",
         examples=EXAMPLES,
     )
-    parser.add_argument("robot", choices=["walter"], help="what robot")
+    parser.add_argument("robot", choices=["walter", "simple", "frame"], help="what robot")
     parser.add_argument(
         "--listen", metavar="URL", default="pty", help="pty, or socket://127.0.0.1:0 (0: any free port)"
     )
