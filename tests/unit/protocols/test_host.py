@@ -1,4 +1,4 @@
-"""WALTER's host as a state machine: which bytes go out when, and what answers mean (PROTOCOLS.md W7..W15)."""
+"""WALTER's host as a state machine: which bytes go out when, and what answers mean (decisions W7..W15)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A driver and a simulated robot over a wire that is read and damaged (PROTOCOLS.md W7..W15)."""
+"""A driver and a simulated robot over a wire that is read and damaged (decisions W7..W15)."""
 
 from __future__ import annotations
 

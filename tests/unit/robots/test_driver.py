@@ -1,4 +1,4 @@
-"""The asynchronous driver and its session (PROTOCOLS.md section 4)."""
+"""The asynchronous driver and its session (decisions section 4)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""WALTER driven by hand, in direct control (PROTOCOLS.md section 3, W8, W13)."""
+"""WALTER driven by hand, in direct control (decisions section 3, W8, W13)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The account of where a robot is (PROTOCOLS.md W11, W15)."""
+"""The account of where a robot is (decisions W11, W15)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A car by its own commands, by hand, and on every way out (PROTOCOLS.md S5..S9, section 4)."""
+"""A car by its own commands, by hand, and on every way out (decisions S5..S9, section 4)."""
 
 from __future__ import annotations
 

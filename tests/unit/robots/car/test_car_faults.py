@@ -1,4 +1,4 @@
-"""A car over a wire that loses and damages bytes: what is sent again, and what is an error (PROTOCOLS.md S8)."""
+"""A car over a wire that loses and damages bytes: what is sent again, and what is an error (decisions S8)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A two-engine robot by its own commands, by hand, as a turtle, and on every way out (PROTOCOLS.md F4..F13)."""
+"""A two-engine robot by its own commands, by hand, as a turtle, and on every way out (decisions F4..F13)."""
 
 from __future__ import annotations
 
