@@ -14,6 +14,7 @@ import termios
 import threading
 from typing import TYPE_CHECKING, Literal
 
+import pyte
 import pytest
 
 from .conftest import COMMAND, DEADLINE_S, wait_until
@@ -37,6 +38,7 @@ class Terminal:
     def __init__(self, columns: int) -> None:
         self._near, self.far = pty.openpty()
         fcntl.ioctl(self.far, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        self._columns = columns
         self._received = bytearray()
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
@@ -51,12 +53,11 @@ class Terminal:
         return self._received.decode("utf-8", "replace")
 
     def lines(self) -> list[str]:
-        """What stays on the screen above the bar: every line, without what was drawn over."""
-        kept = []
-        for line in self.text.split("\n"):
-            plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", line.rpartition("\x1b[2K")[2])
-            kept.append(plain.rstrip("\r").rpartition("\r")[2])
-        return kept
+        """What stays on the screen, and what has scrolled off it, as a real terminal shows it."""
+        screen = pyte.HistoryScreen(self._columns, 24, history=10_000)
+        pyte.Stream(screen).feed(self.text)
+        gone = ["".join(row[x].data for x in range(self._columns)) for row in screen.history.top]
+        return [line.rstrip() for line in (*gone, *screen.display)]
 
     def close(self) -> None:
         if self.far >= 0:
