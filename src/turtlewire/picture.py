@@ -1,7 +1,7 @@
 """A trace as a picture: SVG text, PNG bytes, or a file of either kind.
 
 Pen-down strokes are solid dark lines, travel with the pen up is thin, pale and dashed; the turtle sits at
-its last pose; a scale bar tells the size. The same trace always gives the same bytes. The letters of the
+its last pose; a scale bar tells the size. Where several turtles drew, each has a colour. The same trace always gives the same bytes. The letters of the
 scale bar are drawn as lines, so a machine without fonts makes the same picture.
 """
 
@@ -22,7 +22,7 @@ from turtlewire.errors import OutputError, UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from turtlewire.trace import Stroke, Trace
+    from turtlewire.trace import Obstacle, Stroke, Trace
     from turtlewire.turtle import Pose
 
 FORMATS = (".svg", ".png")
@@ -43,6 +43,8 @@ SPECK_MM = 0.01
 PX_PER_MM_OF_A_POINT = 1.0
 
 INK = "#1d2a3a"
+# What those after the first draw with, over and over.
+OTHER_INKS = ("#b3402a", "#2465a8", "#8a5a00", "#7a3f8f", "#00757a", "#b0307a")
 TRAVEL = "#9fb6cf"
 WALL = "#d9cdbf"
 SCALE = "#5b6b7d"
@@ -83,10 +85,6 @@ ADVICE = {
 }
 
 
-# A straight piece of wall: x1, y1, x2, y2 in millimetres.
-Segment = tuple[float, float, float, float]
-
-
 class Layout(NamedTuple):
     """How millimetres become pixels: the size of the sheet, and where the origin lies on it."""
 
@@ -103,7 +101,14 @@ class Layout(NamedTuple):
         return f"{round(x, 2):g},{round(y, 2):g}"
 
 
-def save(trace: Trace, path: Path, *, title: str = "", walls: Sequence[Segment] = ()) -> None:
+def save(
+    trace: Trace,
+    path: Path,
+    *,
+    title: str = "",
+    obstacles: Sequence[Obstacle] = (),
+    others: Sequence[Trace] = (),
+) -> None:
     """Write a picture; the suffix of the path, .svg or .png, says which kind.
 
     The file appears whole or not at all: an old picture survives a full disk.
@@ -113,7 +118,7 @@ def save(trace: Trace, path: Path, *, title: str = "", walls: Sequence[Segment] 
         OutputError: the file cannot be written.
     """
     kind = format_of(path)
-    text = svg(trace, title=title, walls=walls)
+    text = svg(trace, title=title, obstacles=obstacles, others=others)
     data = png(text) if kind == ".png" else text.encode()
     try:
         _write(path, data)
@@ -145,39 +150,53 @@ def format_of(path: Path) -> str:
     return kind
 
 
-def svg(trace: Trace, *, title: str = "", walls: Sequence[Segment] = ()) -> str:
-    """The picture as SVG text; ``title`` is what a viewer shows as its name, ``walls`` stand around the turtle.
+def svg(
+    trace: Trace,
+    *,
+    title: str = "",
+    obstacles: Sequence[Obstacle] = (),
+    others: Sequence[Trace] = (),
+) -> str:
+    """The picture as SVG text.
+
+    Args:
+        trace: what the turtle drew.
+        title: what a viewer shows as its name.
+        obstacles: what stands around the turtle.
+        others: what other turtles drew on the same ground.
 
     Raises:
         OutputError: the drawing has no finite size.
     """
     import drawsvg  # type: ignore[import-untyped]
 
-    layout = _layout(trace, walls)
+    layout = _layout([trace, *others], obstacles)
     drawing = drawsvg.Drawing(layout.width, layout.height)
     if title:
         drawing.append_title(NOT_XML.sub("\N{REPLACEMENT CHARACTER}", title))
     drawing.append(drawsvg.Rectangle(0, 0, layout.width, layout.height, fill="#ffffff"))
     lines = {"fill": "none", "stroke_linecap": "round", "stroke_linejoin": "round"}
-    travel = drawsvg.Group(id="travel", stroke=TRAVEL, stroke_width=1.1, stroke_dasharray="5 5", **lines)
-    ink = drawsvg.Group(id="ink", stroke=INK, stroke_width=2, **lines)
-    for stroke in trace.strokes:
-        (ink if stroke.pen_down else travel).append(drawsvg.Path(_path(stroke, layout)))
-    if walls:
-        standing = drawsvg.Group(id="walls", stroke=WALL, stroke_width=6, **lines)
-        for wall in walls:
-            standing.append(drawsvg.Path(f"M{layout.place(*wall[:2])} {layout.place(*wall[2:])}"))
+    if obstacles:
+        standing = drawsvg.Group(id="obstacles", stroke=WALL, stroke_width=6, **lines)
+        for obstacle in obstacles:
+            _draw_obstacle(drawsvg, standing, obstacle, layout)
         drawing.append(standing)
+    travel = drawsvg.Group(id="travel", stroke=TRAVEL, stroke_width=1.1, stroke_dasharray="5 5", **lines)
     drawing.append(travel)
-    drawing.append(ink)
+    for number, each in enumerate([trace, *others]):
+        ink = drawsvg.Group(id=_id("ink", number), stroke=_ink(number), stroke_width=2, **lines)
+        for stroke in each.strokes:
+            (ink if stroke.pen_down else travel).append(drawsvg.Path(_path(stroke, layout)))
+        drawing.append(ink)
     scale = drawsvg.Group(id="scale", stroke=SCALE, stroke_width=1.6, **lines)
     _draw_scale(drawsvg, scale, layout)
     drawing.append(scale)
-    place = layout.place(trace.pose.x_mm, trace.pose.y_mm)
-    heading = f"{round(trace.pose.heading_deg, 2):g}"
-    turtle = drawsvg.Group(id="turtle", transform=f"translate({place}) rotate({heading})")
-    _draw_turtle(drawsvg, turtle)
-    drawing.append(turtle)
+    for number, each in enumerate([trace, *others]):
+        place = layout.place(each.pose.x_mm, each.pose.y_mm)
+        heading = f"{round(each.pose.heading_deg, 2):g}"
+        turtle = drawsvg.Group(id=_id("turtle", number), transform=f"translate({place}) rotate({heading})")
+        _draw_turtle(drawsvg, turtle, _ink(number) if number else SHELL)
+        drawing.append(turtle)
     text = drawing.as_svg()
     assert isinstance(text, str)
     return text
@@ -190,13 +209,42 @@ def png(svg: str) -> bytes:
     return bytes(resvg_py.svg_to_bytes(svg_string=svg, skip_system_fonts=True))
 
 
-def _layout(trace: Trace, walls: Sequence[Segment]) -> Layout:
-    """Fit all strokes and walls, and the turtle at its start and end, on a sheet."""
-    poses: tuple[Pose, ...] = (trace.start, trace.pose)
-    xs = [pose.x_mm for pose in poses] + [x for stroke in trace.strokes for x, _ in stroke.points]
-    ys = [pose.y_mm for pose in poses] + [y for stroke in trace.strokes for _, y in stroke.points]
-    xs += [x for wall in walls for x in (wall[0], wall[2])]
-    ys += [y for wall in walls for y in (wall[1], wall[3])]
+def _id(name: str, number: int) -> str:
+    """The id of what belongs to one of several turtles."""
+    return f"{name}-{number + 1}" if number else name
+
+
+def _ink(number: int) -> str:
+    """The colour that one of several turtles draws with."""
+    return OTHER_INKS[(number - 1) % len(OTHER_INKS)] if number else INK
+
+
+def _draw_obstacle(drawsvg: Any, group: Any, obstacle: Obstacle, layout: Layout) -> None:
+    """A wall as a line, a disc as a full circle."""
+    if len(obstacle) == 4:
+        x1, y1, x2, y2 = obstacle
+        group.append(drawsvg.Path(f"M{layout.place(x1, y1)} {layout.place(x2, y2)}"))
+        return
+    x, y = layout.place(*obstacle[:2]).split(",")
+    radius = round(obstacle[2] * layout.px_per_mm, 2)
+    group.append(drawsvg.Circle(x, y, f"{radius:g}", fill=WALL, stroke="none"))
+
+
+def _corners(obstacle: Obstacle) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Two opposite corners of what an obstacle covers."""
+    if len(obstacle) == 4:
+        return obstacle[:2], obstacle[2:]
+    x, y, radius = obstacle
+    return (x - radius, y - radius), (x + radius, y + radius)
+
+
+def _layout(traces: Sequence[Trace], obstacles: Sequence[Obstacle]) -> Layout:
+    """Fit all strokes and obstacles, and the turtles at their starts and ends, on a sheet."""
+    poses: list[Pose] = [pose for trace in traces for pose in (trace.start, trace.pose)]
+    points = [(pose.x_mm, pose.y_mm) for pose in poses]
+    points += [point for trace in traces for stroke in trace.strokes for point in stroke.points]
+    points += [corner for obstacle in obstacles for corner in _corners(obstacle)]
+    xs, ys = [x for x, _ in points], [y for _, y in points]
     left, right, bottom, top = min(xs), max(xs), min(ys), max(ys)
     width_mm, height_mm = right - left, top - bottom
     if not math.isfinite(sum(xs) + sum(ys)):
@@ -258,7 +306,7 @@ def _draw_scale(drawsvg: Any, group: Any, layout: Layout) -> None:
         x += (advance + gap) * size
 
 
-def _draw_turtle(drawsvg: Any, group: Any) -> None:
+def _draw_turtle(drawsvg: Any, group: Any, shell: str) -> None:
     """A turtle seen from above, looking up, its middle at 0, 0; about 40 pixels long."""
     outline = {"stroke": "#ffffff", "stroke_width": 1.2, "stroke_linejoin": "round"}
     group.append(drawsvg.Path("M-2.6,12 L0,20.5 L2.6,12 Z", fill=SKIN, **outline))
@@ -268,7 +316,7 @@ def _draw_turtle(drawsvg: Any, group: Any) -> None:
     group.append(drawsvg.Ellipse(0, -17, 4.8, 6.2, fill=SKIN, **outline))
     for x in (-2, 2):
         group.append(drawsvg.Circle(x, -19.6, 1, fill=INK))
-    group.append(drawsvg.Ellipse(0, 0, 11, 13, fill=SHELL, **outline))
+    group.append(drawsvg.Ellipse(0, 0, 11, 13, fill=shell, **outline))
     plates = "M0,-6.5 L5,-3.2 V3.2 L0,6.5 L-5,3.2 V-3.2 Z M0,-6.5 V-12 M5,-3.2 L9.2,-6 M5,3.2 L9.2,6"
     plates += " M0,6.5 V12 M-5,3.2 L-9.2,6 M-5,-3.2 L-9.2,-6"
     group.append(drawsvg.Path(plates, fill="none", stroke=SHELL_LINE, stroke_width=1.1))

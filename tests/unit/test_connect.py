@@ -126,7 +126,7 @@ def test_the_plain_api() -> None:
         robot.clear_screen()
         assert robot.pose == Pose()
         assert robot.trace.strokes == []
-        assert not robot.walls
+        assert not robot.obstacles
         robot.clear_screen()  # at home already: it only starts a new sheet
         robot.arc(0, 10)
         assert robot.is_pen_down

@@ -29,7 +29,7 @@ def test_an_example_draws_its_picture(path: Path) -> None:
         interpreter = Interpreter(robot, write=output.append, random=random.Random(0))
         interpreter.run(path.read_text("utf-8"), path.name)
         robot.finish()
-        drawn = picture.svg(robot.trace, title=f"examples/{path.name}", walls=robot.walls)
+        drawn = picture.svg(robot.trace, title=f"examples/{path.name}", obstacles=robot.obstacles)
         deviation = robot.reported_pose().distance_to(robot.pose.x_mm, robot.pose.y_mm)
 
     assert drawn == (ROOT / f"docs/pictures/{path.stem}.svg").read_text("utf-8"), "run `make pictures`"

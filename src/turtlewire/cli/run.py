@@ -190,7 +190,7 @@ class _Run:
 
         for path in dict.fromkeys(self._arguments.picture):
             try:
-                picture.save(robot.trace, path, title=name, walls=robot.walls)
+                picture.save(robot.trace, path, title=name, obstacles=robot.obstacles)
             except TurtlewireError as error:
                 self.not_drawn.append(error)
             else:

@@ -109,7 +109,7 @@ def _save_pictures(robot: SimulatedWalter, paths: list[Path]) -> list[Turtlewire
     failures: list[TurtlewireError] = []
     for path in dict.fromkeys(paths):
         try:
-            picture.save(robot.trace, path, walls=robot.walls)
+            picture.save(robot.trace, path, obstacles=robot.obstacles)
             output.tell(f"drawn {path}")
         except TurtlewireError as error:
             failures.append(error)

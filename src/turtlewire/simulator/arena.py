@@ -2,7 +2,7 @@
 
 TOML, in millimetres::
 
-    [start]                                      # all three may be left out: 0
+    [start]                                      # all three may be left out: 0; [[start]], as often as there are robots
     x_mm = 0
     y_mm = 0
     heading_deg = 0
@@ -71,7 +71,8 @@ class _Arena:
             walls += self._wall(entry, where, closed=True)
         round_ones = self._entries(content, "disc", "x_mm, y_mm and radius_mm")
         discs = tuple(self._disc(entry, where) for where, entry in round_ones)
-        return World(tuple(walls), self._start(content.get("start", {})), discs)
+        first, *more = self._starts(content.get("start", {}))
+        return World(tuple(walls), first, discs, tuple(more))
 
     def _entries(self, content: dict[str, Any], name: str, what: str) -> list[tuple[str, dict[str, Any]]]:
         entries = content.get(name, [])
@@ -79,11 +80,19 @@ class _Arena:
             raise self._wrong(name, f"{name}s are written [[{name}]], with {what}")
         return [(f"{name} {number}", entry) for number, entry in enumerate(entries, 1)]
 
-    def _start(self, entry: object) -> Pose:
+    def _starts(self, entry: object) -> list[Pose]:
+        if isinstance(entry, list) and entry:
+            return [self._start(each, f"start {number}") for number, each in enumerate(entry, 1)]
+        return [self._start(entry, "start")]
+
+    def _start(self, entry: object, where: str) -> Pose:
         if not isinstance(entry, dict):
-            raise self._wrong("start", "the start is written [start], with x_mm, y_mm and heading_deg")
-        self._known(entry, Pose._fields, "start")
-        x, y, heading = (self._number(entry.get(name, 0), f"start: {name}") for name in Pose._fields)
+            raise self._wrong(
+                where,
+                "the start is written [start], several are written [[start]], with x_mm, y_mm and heading_deg",
+            )
+        self._known(entry, Pose._fields, where)
+        x, y, heading = (self._number(entry.get(name, 0), f"{where}: {name}") for name in Pose._fields)
         return Pose(x, y, heading % 360.0)
 
     def _disc(self, entry: dict[str, Any], where: str) -> Disc:

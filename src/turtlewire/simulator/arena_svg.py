@@ -4,7 +4,8 @@ A user unit is a millimetre, unless the drawing says how large it is (``width="2
 each). SVG's y points down and the world's up: a point at (x, y) of the drawing is at (x, -y) of the world. Of what is
 drawn, only geometry counts, not stroke or fill. Elements: line, polyline, polygon, rect, circle, path (straight
 segments: M L H V Z), g with transforms. ``id="start"`` on a line starts at its first end and looks along it; on a
-circle, at its middle, looking up. Titles, texts, styles, metadata and definitions are passed over.
+circle, at its middle, looking up; further robots start at ``start-2``, ``start-3`` and so on. Titles, texts, styles,
+metadata and definitions are passed over.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LENGTH = re.compile(rf"\s*({NUMBER})\s*([a-z%]*)\s*")
 PATH_TOKEN = re.compile(rf"\s*,?\s*({NUMBER}|[A-Za-z])")
 TRANSFORM = re.compile(r"\s*,?\s*([a-zA-Z]+)\s*\(([^)]*)\)\s*")
+START = re.compile(r"start(?:-([1-9]\d*))?")
 # How many numbers each straight segment takes.
 SEGMENTS = {"m": 2, "l": 2, "h": 1, "v": 1, "z": 0}
 Point = tuple[float, float]
@@ -67,7 +69,8 @@ def read_svg(text: str, path: str) -> World:
         raise DataError(f"{path}: this is no SVG: its outermost element is {_tag(root)!r}")
     drawing = _Drawing(path)
     drawing.read(root)
-    return World(tuple(drawing.walls), drawing.start, tuple(drawing.discs))
+    first, *more = [pose for _, pose in sorted(drawing.starts.items())] or [HOME]
+    return World(tuple(drawing.walls), first, tuple(drawing.discs), tuple(more))
 
 
 def _tag(element: ET.Element) -> str:
@@ -81,7 +84,7 @@ class _Drawing:
         self.path = path
         self.walls: list[Wall] = []
         self.discs: list[Disc] = []
-        self.start = HOME
+        self.starts: dict[int, Pose] = {}
         self._numbers: dict[str, int] = {}
         self._where = "svg"
 
@@ -115,15 +118,17 @@ class _Drawing:
         name = element.get("id")
         self._where = f"{tag} {self._numbers[tag]}" + (f" (id {name!r})" if name else "")
         transform = outer.then_inside(self._transform(element.get("transform", "")))
+        marked = START.fullmatch(name or "")
+        start = int(marked[1] or 1) if marked else None
         if tag in ("g", "a", "svg"):
             self._children(element, transform)
         elif tag == "circle":
-            self._circle(element, transform, is_start=name == "start")
-        elif name == "start":
+            self._circle(element, transform, start)
+        elif start is not None:
             if tag != "line":
                 raise self._wrong("the start is a line, from the place in the direction, or a circle")
             here, there = (transform.apply(point) for point in self._line(element))
-            self.start = Pose(*self._checked(here), Pose(*here).bearing_to(*there))
+            self._start(start, Pose(*self._checked(here), Pose(*here).bearing_to(*there)))
         else:
             for polyline in self._polylines(element, tag):
                 self._add([self._checked(transform.apply(point)) for point in polyline])
@@ -154,11 +159,11 @@ class _Drawing:
         x1, y1, x2, y2 = (self._number(element, name) for name in ("x1", "y1", "x2", "y2"))
         return [(x1, y1), (x2, y2)]
 
-    def _circle(self, element: ET.Element, transform: Transform, *, is_start: bool) -> None:
+    def _circle(self, element: ET.Element, transform: Transform, start: int | None) -> None:
         middle = (self._number(element, "cx"), self._number(element, "cy"))
         x, y = self._checked(transform.apply(middle))
-        if is_start:
-            self.start = Pose(x, y, 0.0)
+        if start is not None:
+            self._start(start, Pose(x, y, 0.0))
             return
         a, b, c, d = transform[:4]
         scale, other = math.hypot(a, b), math.hypot(c, d)
@@ -168,6 +173,11 @@ class _Drawing:
         if radius <= 0.0:
             raise self._wrong("its radius must be above 0")
         self.discs.append(Disc(x, y, radius))
+
+    def _start(self, number: int, pose: Pose) -> None:
+        if number in self.starts:
+            raise self._wrong(f"start {number} is there already")
+        self.starts[number] = pose
 
     def _path(self, text: str) -> list[list[Point]]:
         tokens = self._path_tokens(text)

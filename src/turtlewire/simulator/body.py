@@ -142,9 +142,9 @@ class Body(ABC, Generic[S_co]):
         return copy
 
     @property
-    def walls(self) -> Sequence[Wall]:
+    def obstacles(self) -> Sequence[Wall | Disc]:
         """What stands around it."""
-        return self.settings.world.walls
+        return (*self.settings.world.walls, *self.settings.world.discs)
 
     def clear_trace(self) -> None:
         """A new sheet: forget what has been drawn up to now."""

@@ -59,14 +59,19 @@ class Contact(NamedTuple):
 
 
 class World:
-    """Walls, round obstacles, and where the first robot starts."""
+    """Walls, round obstacles, and where robots start: the first one, and those after it."""
 
     def __init__(
-        self, walls: tuple[Wall, ...] = (), start: Pose = HOME, discs: tuple[Disc, ...] = ()
+        self,
+        walls: tuple[Wall, ...] = (),
+        start: Pose = HOME,
+        discs: tuple[Disc, ...] = (),
+        more_starts: tuple[Pose, ...] = (),
     ) -> None:
         self.walls = walls
         self.start = start
         self.discs = discs
+        self.starts = (start, *more_starts)
 
     @property
     def is_empty(self) -> bool:

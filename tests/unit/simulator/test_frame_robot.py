@@ -391,7 +391,7 @@ def test_reading_for_ever_ends_where_only_driving_on_is_left() -> None:
     assert robot.pen_is_down
     assert robot.is_moving
     assert 0.5 < robot.now < 2.0
-    assert robot_with(world=AHEAD).walls == AHEAD.walls
+    assert robot_with(world=AHEAD).obstacles == AHEAD.walls
 
 
 @pytest.mark.parametrize(

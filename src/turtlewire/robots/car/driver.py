@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
-    from turtlewire.robots.timed.driver import Paper
-    from turtlewire.trace import Trace
+    from turtlewire.trace import Paper, Trace
 
 # Less is not worth a multi-point turn: the clocks of hosts leave about that much.
 WORTH_DEG = 0.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from turtlewire.errors import MessageError, NotSupportedError
 from turtlewire.robots.timed.motions import EventT, TimedMotions
@@ -19,28 +19,13 @@ if TYPE_CHECKING:
 
     from turtlewire.links.link import Link
     from turtlewire.robots.timed.timed_host import SetPointHost
-    from turtlewire.trace import Trace
+    from turtlewire.trace import Obstacle, Paper, Trace
 
 # What one command may ask for: a kilometre, or a million degrees or seconds.
 LARGEST = 1e6
 FULL_SPEED = 255
 # A motion is slowed down so that it takes at least so long: the wire and the clock are not exact.
 LEAST_HOLD_S = 0.1
-
-
-class Paper(Protocol):
-    """The ground that a robot draws on."""
-
-    @property
-    def trace(self) -> Trace:
-        """What is drawn there now."""
-
-    @property
-    def walls(self) -> Sequence[tuple[float, float, float, float]]:
-        """What stands there: x1, y1, x2, y2 in millimetres."""
-
-    def clear_trace(self) -> None:
-        """Put a new sheet there."""
 
 
 class AsyncTimedRobot(TimedMotions[EventT]):
@@ -149,9 +134,9 @@ class AsyncTimedRobot(TimedMotions[EventT]):
         return self.account.trace if self._paper is None else self._paper.trace
 
     @property
-    def walls(self) -> Sequence[tuple[float, float, float, float]]:
-        """The walls around the robot (x1, y1, x2, y2 in millimetres), where they can be seen (a simulated robot)."""
-        return () if self._paper is None else self._paper.walls
+    def obstacles(self) -> Sequence[Obstacle]:
+        """What stands around the robot, where that can be seen (a simulated robot)."""
+        return () if self._paper is None else self._paper.obstacles
 
     def towards(self, x_mm: float, y_mm: float) -> float:
         """The heading that looks at a point."""

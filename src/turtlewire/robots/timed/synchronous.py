@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from turtlewire.robots.runner import Runner
-    from turtlewire.trace import Trace
+    from turtlewire.trace import Obstacle, Trace
 
 RobotT = TypeVar("RobotT", bound=AsyncTimedRobot[Any])
 
@@ -80,9 +80,9 @@ class TimedRobot(Turtle, Drive, Generic[RobotT]):
         return self._robot.trace
 
     @property
-    def walls(self) -> Sequence[tuple[float, float, float, float]]:
-        """The walls around the robot (x1, y1, x2, y2 in millimetres), where they can be seen."""
-        return self._robot.walls
+    def obstacles(self) -> Sequence[Obstacle]:
+        """What stands around the robot, where that can be seen."""
+        return self._robot.obstacles
 
     def drive(self, speed: float, turn: float, *, valid_s: float | None = None) -> None:
         """Go on so until told otherwise: see ``Drive.drive``."""

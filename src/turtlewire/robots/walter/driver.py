@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from turtlewire.errors import MessageError, NotSupportedError
 from turtlewire.protocols.walter.messages import (
@@ -28,27 +28,12 @@ if TYPE_CHECKING:
     from typing import Self
 
     from turtlewire.links.link import Link
-    from turtlewire.trace import Trace
+    from turtlewire.trace import Obstacle, Paper, Trace
 
 # What one command may ask for: a kilometre, or a million degrees or seconds. A robot is not meant to go on for days
 # before the next command, nor the host to split a move into more commands than it has memory for.
 LARGEST = 1e6
 HORNS: dict[str, type[LogoCommand]] = dict(zip(TONES, (HornOff, HornLow, HornHigh), strict=True))
-
-
-class Paper(Protocol):
-    """The ground that a robot draws on."""
-
-    @property
-    def trace(self) -> Trace:
-        """What is drawn there now."""
-
-    @property
-    def walls(self) -> Sequence[tuple[float, float, float, float]]:
-        """What stands there: x1, y1, x2, y2 in millimetres."""
-
-    def clear_trace(self) -> None:
-        """Put a new sheet there."""
 
 
 class AsyncWalter:
@@ -127,9 +112,9 @@ class AsyncWalter:
         return self._wire.where.trace if self._paper is None else self._paper.trace
 
     @property
-    def walls(self) -> Sequence[tuple[float, float, float, float]]:
-        """The walls around the robot (x1, y1, x2, y2 in millimetres), where they can be seen (a simulated robot)."""
-        return () if self._paper is None else self._paper.walls
+    def obstacles(self) -> Sequence[Obstacle]:
+        """What stands around the robot, where that can be seen (a simulated robot)."""
+        return () if self._paper is None else self._paper.obstacles
 
     @property
     def statistics(self) -> Statistics:

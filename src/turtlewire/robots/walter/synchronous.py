@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from turtlewire.robots.runner import Runner
     from turtlewire.robots.walter.driver import AsyncWalter
     from turtlewire.robots.walter.settings import Statistics
-    from turtlewire.trace import Trace
+    from turtlewire.trace import Obstacle, Trace
 
 
 class Walter(Turtle, Drive):
@@ -75,9 +75,9 @@ class Walter(Turtle, Drive):
         return self._robot.trace
 
     @property
-    def walls(self) -> Sequence[tuple[float, float, float, float]]:
-        """The walls around the robot (x1, y1, x2, y2 in millimetres), where they can be seen."""
-        return self._robot.walls
+    def obstacles(self) -> Sequence[Obstacle]:
+        """What stands around the robot, where that can be seen."""
+        return self._robot.obstacles
 
     @property
     def statistics(self) -> Statistics:

@@ -227,7 +227,7 @@ def test_without_a_light_the_pen_costs_no_byte(bench: MakeBench) -> None:
     made.wire.forget()
     made.turtle.pen_up()
     assert made.wire.bytes_sent == b""
-    assert made.turtle.walls == ()
+    assert made.turtle.obstacles == ()
     assert made.turtle.towards(10, 0) == 90.0
 
 
