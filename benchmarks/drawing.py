@@ -24,10 +24,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from turtlewire.connect import connect, simulated
+from turtlewire.configuration import target
+from turtlewire.connect import connect
 from turtlewire.logo import Interpreter
 from turtlewire.protocols.walter.codec import encode
 from turtlewire.protocols.walter.messages import Forward, Right
+from turtlewire.simulated import simulated
 from turtlewire.turtle import HOME, Pose
 
 ROSE = Path(__file__).parent.parent / "examples" / "rose.logo"
@@ -39,7 +41,7 @@ Figures = dict[str, float]
 
 def closure() -> Figures:
     """The true robot against the exact turtle: at the end, and at worst on the way. In mm."""
-    robot = simulated("sim:walter?baud=0")
+    robot = simulated(target("sim:walter?baud=0")).robot
     exact, rounded_worst_mm = HOME, 0.0
     # Python rounds half a degree to none: the way never bends. Rounded up it would be a circle half as wide.
     naive = encode(Forward(round(SIDE_MM * 2))) + encode(Right(round(TURN_DEG)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import math
 from typing import TYPE_CHECKING, NamedTuple, overload
 
 from turtlewire import configuration
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     from turtlewire.robots.two_engine import Settings as TwoEngineSettings
     from turtlewire.robots.walter import AsyncWalter, Walter
     from turtlewire.robots.walter import Settings as WalterSettings
-    from turtlewire.simulator.settings import BodySettings
     from turtlewire.turtle import Pose
 
     Robot: TypeAlias = Walter | Car | TwoEngine
@@ -36,11 +33,6 @@ if TYPE_CHECKING:
         notify: Callable[[str], None] | None
         announce: Callable[[str], None]
         wrap: Wrap | None
-
-
-# What numbers among the settings of a simulated robot are annotated with, and read by.
-NUMBERS = {"int": int, "int | None": int, "float": float, "float | None": float}
-OTHERS = {"walter": ("arena", "basic", "groups"), "simple": ("arena",), "frame": ("arena", "dialect")}
 
 
 @overload
@@ -158,8 +150,9 @@ async def _connected(
     link: Link
     if target.is_simulated:
         from turtlewire.links.memory import MemoryLink
+        from turtlewire.simulated import simulated
 
-        end, pace, target = _simulated(target)
+        end, pace, target = simulated(target)
         settings = target.settings(settings)
         if end.settings.baud:
             settings = settings._replace(baud=end.settings.baud).checked()
@@ -307,93 +300,3 @@ async def _stop_unanswered(link: Link, settings: AnySettings) -> Stopped:
     finally:
         await link.close()
     return Stopped(is_confirmed=False)
-
-
-# ---------------------------------------------------------------- simulated robots
-
-
-def simulated(url: str | Target) -> Any:
-    """The simulated robot that a ``sim:`` URL describes. Raises ``UsageError`` or, for its arena, ``DataError``."""
-    return _simulated(_target(url, None))[0]
-
-
-def _simulated(target: Target) -> tuple[Any, float | None, Target]:
-    """The robot, its pace, and the target with those of its options that are its driver's."""
-    from dataclasses import fields
-
-    name, protocol = target.name, target.protocol
-    robot_type, settings_type = _simulated_types(protocol)
-    numbers = {
-        field.name: NUMBERS[str(field.type)] for field in fields(settings_type) if field.type in NUMBERS
-    }
-    values: dict[str, Any] = {}
-    overrides: dict[str, Any] = {}
-    pace: float | None = None
-    for option, text in target.simulation.items():
-        if option == "pace":
-            pace = _pace(name, text)
-        elif option in numbers:
-            values[option] = _number(name, option, text, numbers[option])
-        elif option in OTHERS[protocol]:
-            values |= _other(option, text, overrides)
-        elif option in configuration.SETTINGS[protocol]:
-            overrides[option] = configuration.read_setting(protocol, option, text, repr(name))
-        else:
-            known = ["pace", "faults", *numbers, *OTHERS[protocol]]
-            known += [setting for setting in configuration.SETTINGS[protocol] if setting not in known]
-            raise UsageError(
-                f"{name!r}: unknown option {option!r}; a simulated robot and its driver have {', '.join(known)}"
-            )
-    if "dialect" in values:
-        values = {"baud": values["dialect"].baud, **values}
-    return (
-        robot_type(settings_type(**values)),
-        pace,
-        target._replace(overrides={**overrides, **target.overrides}),
-    )
-
-
-def _simulated_types(protocol: str) -> tuple[Callable[[Any], Any], type[BodySettings]]:
-    if protocol == "walter":
-        from turtlewire.simulator.walter import Settings, SimulatedWalter
-
-        return SimulatedWalter, Settings
-    if protocol == "simple":
-        from turtlewire.simulator.car import CarSettings, SimulatedCar
-
-        return SimulatedCar, CarSettings
-    from turtlewire.simulator.frame_robot import FrameRobotSettings, SimulatedFrameRobot
-
-    return SimulatedFrameRobot, FrameRobotSettings
-
-
-def _pace(name: str, text: str) -> float | None:
-    if text in ("max", "real"):
-        return None if text == "max" else 1.0
-    with contextlib.suppress(ValueError):
-        if 0.0 < float(text) < math.inf:
-            return float(text)
-    raise UsageError(
-        f"{name!r}: pace is {text!r}, but must be max, real, or a number above 0 (times real time)"
-    )
-
-
-def _number(name: str, option: str, text: str, kind: type) -> Any:
-    try:
-        return kind(text)
-    except ValueError:
-        raise UsageError(f"{name!r}: {option} is {text!r}, but must be a number") from None
-
-
-def _other(option: str, text: str, overrides: dict[str, Any]) -> dict[str, Any]:
-    if option == "groups":
-        return {"groups": frozenset(text.upper())}
-    if option == "basic":
-        return {"groups": frozenset()} if text not in ("0", "no", "false") else {}
-    if option == "dialect":
-        # Both ends speak it.
-        overrides["dialect"] = configuration.read_setting("frame", option, text, "dialect")
-        return {"dialect": overrides["dialect"]}
-    from turtlewire.simulator.world import load_arena
-
-    return {"world": load_arena(text)}

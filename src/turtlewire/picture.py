@@ -1,8 +1,9 @@
 """A trace as a picture: SVG text, PNG bytes, or a file of either kind.
 
 Pen-down strokes are solid dark lines, travel with the pen up is thin, pale and dashed; the turtle sits at
-its last pose; a scale bar tells the size. Where several turtles drew, each has a colour. The same trace always gives the same bytes. The letters of the
-scale bar are drawn as lines, so a machine without fonts makes the same picture.
+its last pose; a scale bar tells the size. Where several turtles drew, each has a colour. The same traces
+always give the same bytes. The letters of the scale bar are drawn as lines, so a machine without fonts makes
+the same picture.
 """
 
 from __future__ import annotations

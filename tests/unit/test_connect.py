@@ -17,7 +17,7 @@ import pytest
 
 import turtlewire
 from turtlewire.configuration import target
-from turtlewire.connect import _simulated, connect, simulated, stop
+from turtlewire.connect import connect, stop
 from turtlewire.errors import (
     LinkClosedError,
     MessageError,
@@ -36,6 +36,7 @@ from turtlewire.robots.runner import InlineRunner, ThreadRunner
 from turtlewire.robots.two_engine import AsyncTwoEngine, TwoEngine
 from turtlewire.robots.two_engine import Settings as TwoEngineSettings
 from turtlewire.robots.walter import AsyncWalter, Settings, Walter
+from turtlewire.simulated import simulated
 from turtlewire.simulator.car import CarSettings as CarRobotSettings
 from turtlewire.simulator.car import SimulatedCar
 from turtlewire.simulator.frame_robot import FrameRobotSettings, SimulatedFrameRobot
@@ -169,13 +170,13 @@ def test_simulated_robots_need_no_asyncio() -> None:
     ],
 )
 def test_options_of_a_simulated_robot(url: str, attribute: str, value: object) -> None:
-    assert getattr(simulated(url).settings, attribute) == value
+    assert getattr(simulated(target(url)).robot.settings, attribute) == value
 
 
 def test_an_arena(tmp_path: Path) -> None:
     arena = tmp_path / "arena.toml"
     arena.write_text("[[wall]]\npoints = [[-500, 300], [500, 300]]\n")
-    assert len(simulated(f"sim:walter?arena={arena}").settings.world.walls) == 1
+    assert len(simulated(target(f"sim:walter?arena={arena}")).robot.settings.world.walls) == 1
 
 
 @pytest.mark.parametrize(
@@ -204,7 +205,7 @@ def test_urls_that_mean_nothing(url: str) -> None:
 
 @pytest.mark.parametrize(("pace", "value"), [("max", None), ("real", 1.0), ("2.5", 2.5)])
 def test_paces(pace: str, value: float | None) -> None:
-    assert _simulated(target(f"sim:walter?pace={pace}"))[1] == value
+    assert simulated(target(f"sim:walter?pace={pace}"))[1] == value
 
 
 @pytest.mark.parametrize(
@@ -591,17 +592,17 @@ def test_settings_say_which_robot_it_is(served: Callable[..., Served]) -> None:
 
 
 def test_options_of_a_simulated_robot_and_of_its_driver() -> None:
-    end, pace, found = _simulated(target("sim:simple?dead_pwm=60&window=3&pace=2&boot_s=1&speed=9&slip=0.5"))
+    end, pace, found = simulated(target("sim:simple?dead_pwm=60&window=3&pace=2&boot_s=1&speed=9&slip=0.5"))
     assert (end.settings.dead_pwm, end.settings.boot_s, end.settings.slip, pace) == (60, 1.0, 0.5, 2.0)
     assert found.overrides == {"window": 3, "speed": 9}
-    end, _, found = _simulated(target("sim:frame?dialect=telemetry&pen_servo=0&telemetry_s=0.5&halts=3"))
+    end, _, found = simulated(target("sim:frame?dialect=telemetry&pen_servo=0&telemetry_s=0.5&halts=3"))
     assert (end.settings.dialect.name, end.settings.telemetry_s) == ("telemetry", 0.5)
     assert end.settings.baud == end.settings.dialect.baud
     assert found.overrides == {"dialect": end.settings.dialect, "halts": 3}
-    assert simulated("sim:frame?dialect=telemetry&baud=300").settings.baud == 300
+    assert simulated(target("sim:frame?dialect=telemetry&baud=300")).robot.settings.baud == 300
     # What was set otherwise counts more than the URL.
     chosen = target("sim:simple?window=3")._replace(overrides={"window": 5})
-    assert _simulated(chosen)[2].overrides == {"window": 5}
+    assert simulated(chosen)[2].overrides == {"window": 5}
 
 
 @pytest.mark.parametrize("url", ["sim:simple?groups=C", "sim:frame?basic=1", "sim:walter?dialect=0.1"])

@@ -121,6 +121,13 @@ def explain_refusal(error: LinkClosedError, port: str) -> None:
         )
 
 
+def whole_positive(text: str) -> int:
+    """A whole number above 0, for argparse."""
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+    return int(text)
+
+
 def positive(text: str) -> float:
     """A number above 0, for argparse."""
     try:

@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
 
 
 def _known(entry: Entry) -> dict[str, Any]:
-    from turtlewire.connect import simulated
+    from turtlewire.simulated import simulated
 
     known: dict[str, Any] = {
         "name": entry.name,

@@ -216,7 +216,7 @@ def _read(program: str) -> str:
 def _target(arguments: argparse.Namespace) -> Target:
     """The robot; a simulated one gets the seed and the pace that it does not name itself."""
     from turtlewire.configuration import target
-    from turtlewire.connect import simulated
+    from turtlewire.simulated import simulated
 
     found = options.target(arguments) or options.with_settings(target("sim:walter"), arguments.set)
     if arguments.faults is not None:
