@@ -8,7 +8,8 @@ bytes in any chunking, gives the same items for every chunking, and keeps at mos
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from operator import attrgetter
+from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.errors import UsageError
 from turtlewire.protocols.message import Decoded, Field, Malformed
@@ -20,6 +21,9 @@ from turtlewire.protocols.simple.messages import (
     SimpleCommand,
     SimpleMessage,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 # How many digits a field of a kind takes, and the greatest number that they can say.
 DIGITS = {"u8": (3, 255), "u16": (3, 999), "bit": (1, 1)}
@@ -88,13 +92,22 @@ def encode(message: SimpleMessage) -> bytes:
     Raises ``MessageError`` if a field is out of range.
     """
     message.check()
-    if not isinstance(message, SimpleCommand):
-        return message.LETTER
-    data = message.LETTER
-    for field, value in zip(message.FIELDS, message.values(), strict=True):
-        digits, _ = DIGITS[field.kind]
-        data += b"%0*d" % (digits, value)
-    return data.ljust(LENGTH, DONT_CARE)
+    template, values = _template(type(message))
+    return template % values(message)
+
+
+@cache
+def _template(message_type: type[SimpleMessage]) -> tuple[bytes, Callable[[SimpleMessage], object]]:
+    """The bytes of a kind of message with a place for each field, and what gets the fields."""
+    if not issubclass(message_type, SimpleCommand):
+        return message_type.LETTER, lambda _: ()
+    places = [b"%%0%dd" % DIGITS[field.kind][0] for field in message_type.FIELDS]
+    free = LENGTH - 1 - sum(DIGITS[field.kind][0] for field in message_type.FIELDS)
+    names = [field.name for field in message_type.FIELDS]
+    return (
+        message_type.LETTER + b"".join(places) + DONT_CARE * free,
+        attrgetter(*names) if names else lambda _: (),
+    )
 
 
 def _shown(byte: int) -> str:
