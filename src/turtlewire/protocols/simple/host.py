@@ -18,8 +18,7 @@ import math
 from collections import deque
 
 from turtlewire.errors import NoReplyError, UsageError
-from turtlewire.protocols.message import Malformed
-from turtlewire.protocols.simple.codec import ReplyDecoder, encode, layouts
+from turtlewire.protocols.simple.codec import encode, layouts
 from turtlewire.protocols.simple.events import (
     Done,
     Event,
@@ -35,14 +34,17 @@ from turtlewire.protocols.simple.messages import (
     EMERGENCY_STOP,
     MAX_WINDOW,
     Accepted,
+    Rejected,
     SimpleCommand,
     Stop,
 )
-from turtlewire.protocols.simple.orders import Channel, Flight, Order
+from turtlewire.protocols.simple.orders import Channel, Flight, Knowledge, Order
 from turtlewire.protocols.simple.resynchronise import Line, Resynchronisation, Stage
 
 # Replies too many are forgotten when the robot has been in step for so long.
 SETTLED_S = 1.0
+_ACCEPTED, _REJECTED = Accepted.LETTER[0], Rejected.LETTER[0]
+_STOP = encode(Stop())
 
 
 class Host:
@@ -63,7 +65,7 @@ class Host:
     Raises ``UsageError`` for settings that mean nothing.
 
     Attributes:
-        state: what is known of the robot now.
+        in_step: whether the robot takes commands; dead: whether it was given up.
         resynchronisations: how often the way back into step was taken; spent: bytes that the last one took.
         malformed: bytes that are no reply; unexpected: replies to nothing that was sent. Both are ignored otherwise.
     """
@@ -85,13 +87,12 @@ class Host:
             raise UsageError("baud, reply_delay_s and heartbeat_s must be greater than 0")
         if min(retries, boot_s) < 0:
             raise UsageError("retries and boot_s must not be less than 0")
-        self._layouts = layouts(extensions)
+        self._known = frozenset(layout.command_type for layout in layouts(extensions).values())
         self._line = Line(baud, reply_delay_s)
         self._window = window
         self._retries = retries
         self._boot_s = boot_s
         self._heartbeat_s = heartbeat_s
-        self._decoder = ReplyDecoder()
         self._channels: dict[str, Channel] = {}
         self._unsent: dict[str, None] = {}  # channels to send, in order
         self._stops: list[Order] = []
@@ -105,9 +106,9 @@ class Host:
         self._last_sent = -math.inf
         self._urgent = b""
         self._events: list[Event] = []
+        self._knowledge = Knowledge()
         self.in_step = False
         self.dead = False
-        self.state = RobotState()
         self.resynchronisations = 0
         self.spent = 0
         self.malformed = 0
@@ -120,7 +121,7 @@ class Host:
         self._boot_until = now + self._boot_s
         self._line.touch(now)
         self._give_back()
-        self.state = RobotState()
+        self._knowledge.begin(RobotState())
         self._resynchronise(now)
 
     def submit(self, command: SimpleCommand, tag: object = None) -> None:
@@ -130,11 +131,9 @@ class Host:
         is out of range, ``UsageError`` for an extension that the host was not told of, ``NoReplyError`` for a set-point
         after ``LinkDead``: nothing is sent then. A stop is always taken.
         """
-        command.check()
-        layout = self._layouts.get(command.LETTER[0])
-        if layout is None or layout.command_type is not type(command):
+        if type(command) not in self._known:
             raise UsageError(f"{command.name()} is an extension that this host was not told of")
-        order = Order(command, tag)
+        order = Order(command, encode(command), tag)
         if isinstance(command, Stop):
             self._stop(order)
         elif self.dead:
@@ -143,10 +142,13 @@ class Host:
             self._want(order)
 
     def _want(self, order: Order) -> None:
-        channel = self._channels.setdefault(order.command.CHANNEL, Channel())
+        name = order.command.CHANNEL
+        channel = self._channels.get(name)
+        if channel is None:
+            channel = self._channels[name] = Channel()
         self._drop(channel)
         channel.wanted = order
-        self._unsent.setdefault(order.command.CHANNEL)
+        self._unsent[name] = None  # one that is there keeps its place
 
     def _stop(self, order: Order) -> None:
         self._cancel()
@@ -165,7 +167,7 @@ class Host:
     def _drop(self, channel: Channel) -> None:
         """Forget what is wanted of a channel. If it is under way, its reply will tell what became of it."""
         order, channel.wanted = channel.wanted, None
-        if order is not None and not any(order in flight.orders for flight in self._flights):
+        if order and not order.told and not any(order in flight.orders for flight in self._flights):
             self._supersede(order)
 
     def _supersede(self, order: Order) -> None:
@@ -182,7 +184,7 @@ class Host:
         self._give_back()
         self._urgent = EMERGENCY_STOP
         self._line.sent(EMERGENCY_STOP, now)
-        self.state = RobotState()
+        self._knowledge.begin(RobotState())
         self._resynchronise(now)
 
     # ------------------------------------------------------------------ what is under way
@@ -198,6 +200,11 @@ class Host:
     def under_way(self) -> tuple[SimpleCommand, ...]:
         """The commands that have been sent and not been answered: at most ``window``, and a stop."""
         return tuple(flight.command for flight in self._flights)
+
+    @property
+    def state(self) -> RobotState:
+        """What is known of the robot now."""
+        return self._knowledge.state(self._flights)
 
     # ------------------------------------------------------------------ bytes out
 
@@ -216,32 +223,31 @@ class Host:
             return b""
         out = b""
         if self._stops:
-            out = self._send(Stop(), self._stops, now)
+            out = self._send(Stop(), _STOP, self._stops, now)
             self._stops = []
         while self._unsent and len(self._flights) < self._window:
             name = next(iter(self._unsent))
             del self._unsent[name]
             out += self._send_wanted(self._channels[name], now)
-        if not out and now >= self._heartbeat_at():
+        if self._heartbeat_s is not None and not out and now >= self._heartbeat_at():
             # The one that was sent longest ago, so that each is repeated in turn.
             moving = [c for c in self._channels.values() if c.wanted and c.wanted.command.STOPPED]
             oldest = min(moving, key=lambda channel: channel.sent_at, default=None)
-            out = self._send(Stop(), [], now) if oldest is None else self._send_wanted(oldest, now)
+            out = self._send(Stop(), _STOP, [], now) if oldest is None else self._send_wanted(oldest, now)
         return out
 
     def _send_wanted(self, channel: Channel, now: float) -> bytes:
-        assert channel.wanted is not None, "what is not wanted is not sent"
+        order = channel.wanted
+        assert order is not None, "what is not wanted is not sent"
         channel.sent_at = now
-        return self._send(channel.wanted.command, [channel.wanted], now)
+        return self._send(order.command, order.data, [order], now)
 
-    def _send(self, command: SimpleCommand, orders: list[Order], now: float) -> bytes:
-        data = encode(command)
-        flight = Flight(command, orders, self._line.sent(data, now))
+    def _send(self, command: SimpleCommand, data: bytes, orders: list[Order], now: float) -> bytes:
+        due = self._line.sent(data, now)
         if not self._flights:
-            self._due = flight.due
-        self._flights.append(flight)
+            self._due = due
+        self._flights.append(Flight(command, orders, due))
         self._last_sent = now
-        self.state = self.state.during(command)
         return data
 
     def _heartbeat_at(self) -> float:
@@ -253,12 +259,14 @@ class Host:
 
     def receive_data(self, data: bytes, now: float) -> list[Event]:
         """Take bytes from the robot; return what they mean, in order."""
-        for item in self._decoder.receive_data(data):
+        for byte in data:
             self._line.touch(now)
-            if isinstance(item, Malformed):
-                self.malformed += 1
+            if byte == _ACCEPTED and self._flights:
+                self._accepted(self._flights.popleft(), now)
+            elif byte in (_ACCEPTED, _REJECTED):
+                self._replied(now, accepted=byte == _ACCEPTED)
             else:
-                self._replied(now, accepted=isinstance(item.message, Accepted))
+                self.malformed += 1
         return self._take_events()
 
     def _replied(self, now: float, *, accepted: bool) -> None:
@@ -266,10 +274,7 @@ class Host:
             self._way_back.replied(now, accepted=accepted)
             self._settle(now)
         elif self._flights:
-            if accepted:
-                self._accepted(self._flights.popleft(), now)
-            else:
-                self._out_of_step("a valid command was rejected", now)
+            self._out_of_step("a valid command was rejected", now)
         else:
             self.unexpected += 1
             if self.in_step:
@@ -283,9 +288,7 @@ class Host:
             channel = self._channels.get(order.command.CHANNEL)
             if channel is not None and channel.wanted is order:
                 channel.losses = 0
-        self.state = self.state.after(flight.command)
-        for later in self._flights:
-            self.state = self.state.during(later.command)
+        self._knowledge.accepted(flight.command)
         # The robot turns to the next command when it has answered this one.
         self._due = max(self._flights[0].due, self._line.reply_due(now)) if self._flights else math.inf
 
@@ -300,7 +303,7 @@ class Host:
         """S8: what is under way is unknown. Wanted set-points are sent again when the way back is done."""
         self._events.append(OutOfStep(reason, self.under_way))
         # Not even what was accepted is certain: a byte too many is noticed one or two commands later.
-        self.state = RobotState()
+        self._knowledge.begin(RobotState())
         for flight in self._flights:
             for channel in self._channels.values():
                 if channel.wanted is not None and channel.wanted in flight.orders:
@@ -350,7 +353,7 @@ class Host:
             self._way_back = None
             self.in_step = True
             self._in_step_since = self._last_sent = now
-            self.state = RobotState(drive=0, steer=0)
+            self._knowledge.begin(RobotState(drive=0, steer=0))
             self._events.append(InStep(self.state))
             for order in self._stops:
                 self._events.append(Done(order.command, order.tag))
@@ -367,7 +370,7 @@ class Host:
         self._events.append(LinkDead(reason, tuple(unfinished)))
         self._way_back = None
         self.in_step, self.dead = False, True
-        self.state = RobotState()
+        self._knowledge.begin(RobotState())
         # A set-point from before must not move a robot that comes back.
         self._channels, self._unsent, self._stops, self._lost = {}, {}, [], []
 

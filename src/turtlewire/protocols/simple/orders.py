@@ -1,21 +1,26 @@
-"""simple, the host's end: commands as they were submitted, wanted and sent."""
+"""simple, the host's end: commands as they were submitted, wanted, sent and accepted."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from turtlewire.protocols.simple.events import RobotState
+
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from turtlewire.protocols.simple.messages import SimpleCommand
 
 
 class Order:
-    """A command as it was submitted. ``told``: its end has been reported."""
+    """A command as it was submitted, and its bytes. ``told``: its end has been reported."""
 
-    __slots__ = ("command", "tag", "told")
+    __slots__ = ("command", "data", "tag", "told")
 
-    def __init__(self, command: SimpleCommand, tag: object) -> None:
+    def __init__(self, command: SimpleCommand, data: bytes, tag: object) -> None:
         self.command = command
+        self.data = data
         self.tag = tag
         self.told = False
 
@@ -37,3 +42,34 @@ class Flight(NamedTuple):
     command: SimpleCommand
     orders: list[Order]
     due: float
+
+
+class Knowledge:
+    """What is known of the robot, worked out only when somebody asks: that is seldom, and commands are many."""
+
+    __slots__ = ("_before", "_last")
+
+    def __init__(self) -> None:
+        self._before = RobotState()
+        self._last: dict[str, SimpleCommand] = {}  # accepted since then, by channel; a stop has none
+
+    def begin(self, state: RobotState) -> None:
+        """Know this, and nothing else."""
+        self._before = state
+        self._last.clear()
+
+    def accepted(self, command: SimpleCommand) -> None:
+        """The robot has carried out a command."""
+        if not command.CHANNEL:
+            # What a stop ended is known by it. It comes before any set-point that is kept later.
+            self._last = {name: last for name, last in self._last.items() if not last.STOPPED}
+        self._last[command.CHANNEL] = command
+
+    def state(self, flights: Iterable[Flight]) -> RobotState:
+        """What is known while these are under way."""
+        state = self._before
+        for command in self._last.values():
+            state = state.after(command)
+        for flight in flights:
+            state = state.during(flight.command)
+        return state
