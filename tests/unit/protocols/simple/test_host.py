@@ -544,6 +544,27 @@ def test_with_a_window_only_the_last_value_under_way_is_known() -> None:
     assert host.state.drive == 2
 
 
+def test_what_is_known_after_each_of_many_commands() -> None:
+    wire = connected()
+    for command, known in (
+        (DriveForward(1), RobotState(1, 0)),
+        (Headlights(0, 1, 0, 1), RobotState(1, 0, (0, 1, 0, 1))),
+        (Stop(), RobotState(0, 0, (0, 1, 0, 1))),
+        (DriveBackward(2), RobotState(-2, 0, (0, 1, 0, 1))),
+        (SteerLeft(3), RobotState(-2, -3, (0, 1, 0, 1))),
+        (Stop(), RobotState(0, 0, (0, 1, 0, 1))),
+        (SteerRight(4), RobotState(0, 4, (0, 1, 0, 1))),
+        (Headlights(0, 0, 0, 0), RobotState(0, 4, (0, 0, 0, 0))),
+    ):
+        wire.host.submit(command)
+        wire.run()
+        assert wire.host.state == known
+    wire.host.emergency_stop(wire.now)
+    assert wire.host.state == RobotState()
+    wire.run()
+    assert wire.host.state == RobotState(0, 0)
+
+
 def test_the_watchdog_is_the_bodys_business() -> None:
     robot = Robot()
     robot.receive_data(
