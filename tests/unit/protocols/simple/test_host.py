@@ -562,7 +562,7 @@ def test_what_is_known_after_each_of_many_commands() -> None:
     wire.host.emergency_stop(wire.now)
     assert wire.host.state == RobotState()
     wire.run()
-    assert wire.host.state == RobotState(0, 0)
+    assert wire.host.state == RobotState(0, 0, (0, 0, 0, 0))  # the headlights are wanted still
 
 
 def test_the_watchdog_is_the_bodys_business() -> None:
