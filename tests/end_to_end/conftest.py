@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import math
 import os
 import pty
@@ -13,7 +14,7 @@ import sys
 import threading
 import time
 import tty
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
@@ -133,6 +134,11 @@ class Simulator(Process):
         self._wait(lambda: "\n" in self.out, "a URL")
         return self.out.splitlines()[0]
 
+    def json_lines(self, count: int) -> list[dict[str, Any]]:
+        """What ``--json`` said of so many robots."""
+        self._wait(lambda: self.out.count("\n") >= count, f"{count} lines")
+        return [json.loads(line) for line in self.out.splitlines()[:count]]
+
     @property
     def actions(self) -> list[str]:
         """What the robot has done, without the times."""
@@ -174,7 +180,9 @@ class Cli:
         return self.start(*arguments).end()
 
     def simulate(self, *arguments: str, speed: str = SPEED, robot: str = "walter") -> Simulator:
-        simulator = Simulator(["simulate", robot, "--verbose", "--speed", speed, *arguments], self.folder)
+        simulator = Simulator(
+            ["simulate", *robot.split(), "--verbose", "--speed", speed, *arguments], self.folder
+        )
         self.processes.append(simulator)
         return simulator
 

@@ -226,3 +226,43 @@ def test_an_option_of_another_robot_is_refused(cli: Cli) -> None:
     ended = cli("simulate", "simple", "--basic")
     assert ended.code == 2
     ended.check_said("unknown option 'basic'")
+
+
+@pytest.mark.parametrize("ghosts", [False, True])
+def test_several_robots_on_one_floor(cli: Cli, ghosts: bool) -> None:
+    """Each at a port and a place of its own, solid unless they are ghosts, and one picture of what all drew."""
+    simulator = cli.simulate(
+        *(["--ghosts"] if ghosts else []),
+        "--json",
+        "--listen",
+        "socket://127.0.0.1:0",
+        "--picture",
+        "all.svg",
+        robot="walter walter?start=0,500,0 simple",
+    )
+    robots = simulator.json_lines(3)
+    assert [(robot["robot"], *robot["start"].values()) for robot in robots] == [
+        ("walter", 0.0, 0.0, 0.0),
+        ("walter", 0.0, 500.0, 0.0),
+        ("simple", 1000.0, 0.0, 0.0),
+    ]
+    first, second, car = (robot["url"] for robot in robots)
+    assert cli("run", cli.program("BK 40"), "--port", f"{car}?protocol=simple").code == 0
+    assert cli("run", cli.program("RT 90 FD 50"), "--port", second).code == 0
+    ended = cli("run", cli.program("FD 400"), "--port", first)
+    assert ended.code == (0 if ghosts else 3)
+    ended.check_said("done" if ghosts else "the front limit sensor")
+    assert "robot 2: started right angle_deg=90" in simulator.err
+    simulator.signal(signal.SIGTERM)
+    assert simulator.end().code == 130
+    drawn = (cli.folder / "all.svg").read_text("utf-8")
+    assert [f'id="ink{n}"' in drawn for n in ("", "-2", "-3", "-4")] == [True, True, True, False]
+
+
+def test_a_crowd_has_no_room(cli: Cli) -> None:
+    (cli.folder / "cell.toml").write_text(
+        "[[polygon]]\npoints = [[-200, -200], [200, -200], [200, 200], [-200, 200]]\n"
+    )
+    ended = cli("simulate", "walter", "--count", "5", "--arena", "cell.toml", "--spacing", "200")
+    assert ended.code == 2
+    ended.check_said("there is no room for robot 2 in this arena")

@@ -184,6 +184,38 @@ def test_ink_lies_over_travel_and_the_turtle_over_all() -> None:
     assert groups == ["travel", "ink", "scale", "turtle"]
 
 
+def test_walls_are_lines_and_discs_are_full_circles_below_all_else() -> None:
+    text = picture.svg(drawn((0.0, 100.0)), obstacles=[(-200.0, 0.0, -200.0, 100.0), (150.0, 50.0, 50.0)])
+    sheet = Sheet(text)
+    (wall,) = sheet.lines("obstacles")
+    assert wall[0][0] == wall[1][0]
+    (circle,) = sheet.group("obstacles").iter(f"{SVG}circle")
+    x, y, radius = (float(circle.get(name, "nan")) for name in ("cx", "cy", "r"))
+    # To scale: 350 mm lie between the wall and its middle, and its edge is the sheet's margin.
+    scale = (x - wall[0][0]) / 350.0
+    assert radius == pytest.approx(50.0 * scale, abs=0.01)
+    assert x + radius == pytest.approx(sheet.width - picture.MARGIN, abs=1.0)
+    assert y == pytest.approx((wall[0][1] + wall[1][1]) / 2.0, abs=0.02)
+    assert text.index('id="obstacles"') < text.index('id="travel"')
+
+
+def test_each_of_several_turtles_has_its_ink_and_its_place() -> None:
+    traces = [drawn((100.0 * n, 100.0), heading_deg=10.0 * n) for n in range(9)]
+    sheet = Sheet(picture.svg(traces[0], others=traces[1:]))
+    colours = [sheet.group("ink").get("stroke")]
+    colours += [sheet.group(f"ink-{n}").get("stroke") for n in range(2, 10)]
+    assert len(set(colours[:7])) == 7
+    assert colours[7:] == colours[1:3]
+    ends = [sheet.lines("ink")[0][-1][0], *(sheet.lines(f"ink-{n}")[0][-1][0] for n in range(2, 10))]
+    assert ends == sorted(ends)
+    assert ends[-1] == pytest.approx(sheet.width - picture.MARGIN, abs=1.0)
+    turns = [sheet.group(f"turtle-{n}").get("transform", "").rpartition("rotate")[2] for n in range(2, 10)]
+    assert turns == [f"({10 * n})" for n in range(1, 9)]
+    for n in range(2, 10):
+        shells = [ellipse.get("fill") for ellipse in sheet.group(f"turtle-{n}").iter(f"{SVG}ellipse")]
+        assert colours[n - 1] in shells
+
+
 def test_each_stroke_is_one_path() -> None:
     trace = Trace()
     for i in range(1, 11):

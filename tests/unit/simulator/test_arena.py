@@ -172,3 +172,25 @@ def test_an_obstacle_far_away_is_seen_from_as_far_as_it_reaches() -> None:
     assert world.contact(51.0, 0.0, (0.0, -1.0), 1000.0, 20.0) is None
     assert world.contact(0.0, -50.0, (0.0, -1.0), 1000.0, 20.0) == pytest.approx((0.0, 180.0, 1.0))
     assert world.contact(0.0, -50.0, (0.0, 1.0), 10.0, 20.0) is None
+
+
+def test_several_starts(tmp_path: Path) -> None:
+    world = toml(tmp_path, "[[start]]\nx_mm = 1\n[[start]]\ny_mm = 2\nheading_deg = 450\n")
+    assert world.start == Pose(1.0, 0.0, 0.0)
+    assert world.starts == (Pose(1.0, 0.0, 0.0), Pose(0.0, 2.0, 90.0))
+    drawn = '<circle id="start-10" cx="5"/><line id="start" x2="1"/><circle id="start-2" cy="3" r="9"/>'
+    world = svg(tmp_path, drawn)
+    assert world.starts == (Pose(0.0, 0.0, 90.0), Pose(0.0, -3.0, 0.0), Pose(5.0, 0.0, 0.0))
+    assert world.is_empty
+    assert svg(tmp_path, "").starts == (HOME,)
+
+
+def test_wrong_starts(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="start 2: x_mm: 'a' is not a number"):
+        toml(tmp_path, "[[start]]\n[[start]]\nx_mm = 'a'\n")
+    with pytest.raises(DataError, match=r"start: the start is written \[start\], several"):
+        toml(tmp_path, "start = []")
+    with pytest.raises(DataError, match="start 2: the start is written"):
+        toml(tmp_path, "start = [{}, 3]")
+    with pytest.raises(DataError, match=r"circle 2 \(id 'start-1'\): start 1 is there already"):
+        svg(tmp_path, '<circle id="start"/><circle id="start-1"/>')

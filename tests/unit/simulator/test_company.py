@@ -11,10 +11,10 @@ from turtlewire.errors import UsageError
 from turtlewire.protocols.walter import messages as m
 from turtlewire.protocols.walter.codec import Mode, encode
 from turtlewire.simulator.car import CarSettings, SimulatedCar
-from turtlewire.simulator.company import share_world
+from turtlewire.simulator.company import find_starts, share_world
 from turtlewire.simulator.walter import Settings, SimulatedWalter
-from turtlewire.simulator.world import Wall, World
-from turtlewire.turtle import Pose
+from turtlewire.simulator.world import Disc, Wall, World
+from turtlewire.turtle import HOME, Pose
 
 NORTH = Pose(0.0, 500.0, 0.0)
 
@@ -134,3 +134,55 @@ def test_who_cannot_share_a_world() -> None:
     same = walter()
     with pytest.raises(UsageError, match="twice"):
         share_world([same, same])
+
+
+def places(*robots: SimulatedWalter | SimulatedCar, spacing_mm: float = 500.0) -> list[tuple[float, ...]]:
+    return [robot.settings.first_pose for robot in find_starts(robots, spacing_mm)]
+
+
+def test_robots_get_the_starts_of_their_world_and_then_the_places_around_the_first() -> None:
+    world = World((), Pose(10.0, 20.0, 30.0), more_starts=(Pose(1000.0, 0.0, 90.0),))
+    assert places(*(walter(world=world) for _ in range(6))) == [
+        (10.0, 20.0, 30.0),
+        (1000.0, 0.0, 90.0),
+        (510.0, 20.0, 30.0),
+        (-490.0, 20.0, 30.0),
+        (510.0, 520.0, 30.0),
+        (510.0, -480.0, 30.0),
+    ]
+
+
+def test_a_start_of_its_own_stays_and_is_taken() -> None:
+    assert places(walter(), walter(Pose(500.0, 50.0, 7.0)), walter()) == [
+        HOME,
+        (500.0, 50.0, 7.0),
+        (-500, 0, 0),
+    ]
+    # The own start comes first, wherever its robot stands in the row.
+    assert places(walter(), walter(Pose(0.0, 100.0, 0.0)))[0] == (500.0, 0.0, 0.0)
+
+
+def test_a_hundred_robots_have_room_and_keep_their_kind_and_settings() -> None:
+    robots = [car(seed=n) if n % 2 else walter(seed=n) for n in range(100)]
+    found = find_starts(robots, 300.0)
+    share_world(found)  # complains of any that overlap
+    assert [(type(robot), robot.settings.seed) for robot in found] == [
+        (type(robot), robot.settings.seed) for robot in robots
+    ]
+
+
+def test_nobody_starts_in_a_wall_or_beyond_it() -> None:
+    # A room of 1200 mm with a pillar to the right: three more places in it, 400 mm apart, and none outside.
+    corners = [(-600.0, -200.0), (600.0, -200.0), (600.0, 600.0), (-600.0, 600.0)]
+    walls = tuple(Wall(*a, *b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
+    room = World(walls, discs=(Disc(400.0, 0.0, 30.0),))
+    robots = [walter(world=room) for _ in range(4)]
+    assert places(*robots, spacing_mm=400.0) == [HOME, (-400, 0, 0), (400, 400, 0), (0, 400, 0)]
+    with pytest.raises(UsageError, match="no room for robot 6 in this arena"):
+        find_starts([*robots, walter(world=room), walter(world=room)], 400.0)
+
+
+def test_a_start_that_the_world_names_must_be_free() -> None:
+    world = World((Wall(900.0, -50.0, 900.0, 50.0),), more_starts=(Pose(900.0, 0.0, 0.0),))
+    with pytest.raises(UsageError, match="does not fit at its start, x 900 mm"):
+        find_starts([walter(world=world), walter(world=world)], 500.0)
