@@ -10,18 +10,15 @@ from __future__ import annotations
 
 import errno
 import math
-import os
 import re
-import secrets
-import stat
-from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from turtlewire import whole_file
 from turtlewire.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from turtlewire.trace import Obstacle, Stroke, Trace
     from turtlewire.turtle import Pose
@@ -122,7 +119,7 @@ def save(
     text = svg(trace, title=title, obstacles=obstacles, others=others)
     data = png(text) if kind == ".png" else text.encode()
     try:
-        _write(path, data)
+        whole_file.replace(path, data)
     except OSError as error:
         advice = ADVICE.get(error.errno or 0, "choose another folder or name")
         reason = error.strerror or str(error)
@@ -321,23 +318,3 @@ def _draw_turtle(drawsvg: Any, group: Any, shell: str) -> None:
     plates = "M0,-6.5 L5,-3.2 V3.2 L0,6.5 L-5,3.2 V-3.2 Z M0,-6.5 V-12 M5,-3.2 L9.2,-6 M5,3.2 L9.2,6"
     plates += " M0,6.5 V12 M-5,3.2 L-9.2,6 M-5,-3.2 L-9.2,-6"
     group.append(drawsvg.Path(plates, fill="none", stroke=SHELL_LINE, stroke_width=1.1))
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Replace the file at ``path`` in one step, through a temporary file beside it."""
-    target = Path(os.path.realpath(path))  # a symbolic link stays one
-    with suppress(FileNotFoundError):
-        mode = target.stat().st_mode
-        if not stat.S_ISREG(mode):  # a pipe or a device cannot be replaced; a folder fails here
-            target.write_bytes(data)
-            return
-    temporary = target.with_name(f".turtlewire-{secrets.token_hex(6)}")
-    try:
-        with temporary.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())  # some disks tell only now that they are full
-        temporary.replace(target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
