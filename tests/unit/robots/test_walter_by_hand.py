@@ -163,13 +163,95 @@ def test_w13_a_limit_while_driven_by_hand(bench: MakeBench) -> None:
     assert made.error_mm <= 0.5
     made.turtle.drive(-0.5, 0)
     assert goes_on(made, 0.5)
+    made.turtle.drive(1, 0)
+    session = made.turtle._robot._wire.session
+    made.turtle._runner.run(session.until(lambda: False, made.robot.now + 2.0))
+    assert made.error_mm < 2.0  # it does not go on in the account, though nobody has been told yet
+
+
+def test_what_it_does_already_is_not_begun_anew(bench: MakeBench) -> None:
+    made = bench()
+    began: list[str] = []
+    made.robot.events = lambda action: began.append(action.what)
+    made.turtle.drive(0.4, 0, valid_s=0.2)
+    made.wire.forget()
+    for _ in range(5):
+        assert goes_on(made, 0.15)
+        made.turtle.drive(0.4, 0, valid_s=0.2)  # a key that is held: it only lives longer
+    assert made.wire.bytes_sent == b""
+    made.turtle.drive(0.5, 0)
+    assert made.wire.bytes_sent == b"XG\x80"
+    assert goes_on(made, 0.2)
+    assert made.robot.speed == 128
+    assert [what for what in began if "start" in what] == ["started start_forward"]
+    made.wire.forget()
+    made.turtle.drive(-0.5, 0)
+    made.turtle.drive(0, 0)
+    made.turtle.drive(0, 0)  # a stop may have got lost
+    goes_on(made, 0.1)
+    made.turtle.drive(0.5, 0)
+    assert made.wire.bytes_sent == b"XG\x80ZX X XG\x80A"
+    made.turtle.stop()
+    made.wire.forget()
+    made.turtle.drive(0.5, 0, valid_s=0.1)
+    assert made.wire.bytes_sent == b"XG\x80A"
+    assert not goes_on(made, 0.3)
+    made.wire.forget()
+    made.turtle.drive(0.5, 0)  # it was stopped meanwhile
+    assert made.wire.bytes_sent == b"XG\x80A"
+
+
+@pytest.mark.parametrize("groups", [frozenset("CQHE"), frozenset()], ids=["answers", "answers nothing"])
+def test_where_it_gets_by_hand_is_reckoned(bench: MakeBench, groups: frozenset[str]) -> None:
+    made = bench({"groups": groups})
+    made.turtle.forward(100)
+    made.turtle.finish()
+    made.turtle.drive(0.5, 0)
+    for _ in range(3):
+        assert goes_on(made, 0.3)
+        assert made.error_mm < 0.5
+    made.turtle.drive(0, 0.2)
+    assert goes_on(made, 0.5)
+    assert made.turtle.pose.heading_deg == pytest.approx(made.robot.pose.heading_deg, abs=0.2)
+    keys = (m.MoveFaster(), m.TurnSlower(), m.StartBackward(), m.StartLeft(), m.TurnFaster(), m.MoveSlower())
+    for key in keys:
+        made.turtle.press(key)
+        goes_on(made, 0.25)
+        assert made.error_mm < 0.5
+        assert made.turtle.pose.heading_deg == pytest.approx(made.robot.pose.heading_deg, abs=0.4)
+    made.turtle.press(m.SetMoveSpeed(255), m.MoveFaster(), m.StartForward())
+    goes_on(made, 0.5)
+    made.turtle.press(m.SetMoveSpeed(0), m.MoveSlower())
+    goes_on(made, 0.5)
+    made.turtle.press(m.MoveFaster())
+    assert goes_on(made, 0.5)
+    assert made.error_mm < 0.5
+    made.turtle.stop()
+    goes_on(made, 0.5)
+    assert made.error_mm < 0.5
+    made.turtle.drive(-1, 0, valid_s=0.2)
+    assert not goes_on(made, 1.0)
+    assert made.error_mm < 0.5
+    made.turtle.forward(50)
+    made.turtle.finish()
+    assert made.error_mm < 1.5
+
+
+def test_a_program_is_interrupted_where_it_was_by_reckoning(bench: MakeBench) -> None:
+    made = bench({"groups": frozenset()})
+    made.turtle.forward(400)
+    goes_on(made, 1.0)
+    made.turtle.drive(0, 0.2)
+    assert goes_on(made, 0.5)
+    assert 50.0 < made.robot.pose.y_mm < 150.0
+    assert made.error_mm < 1.0
 
 
 def test_a_robot_that_answers_nothing_is_somewhere_and_one_is_told(bench: MakeBench) -> None:
     made = bench({"groups": frozenset()})
     assert made.turtle.features == {"pen"}
     made.turtle.drive(0.5, 0)
-    assert "where it gets by hand is not known" in made.notes[-1]
+    assert "where it gets by hand is reckoned, and not known" in made.notes[-1]
 
 
 def test_the_end_of_a_with_block_stops_who_drives_by_hand(bench: MakeBench, settle: Settle) -> None:

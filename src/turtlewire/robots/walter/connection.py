@@ -21,6 +21,7 @@ from turtlewire.errors import (
 from turtlewire.protocols.walter.codec import ALL_GROUPS, Mode
 from turtlewire.protocols.walter.host import Answer, Done, Event, FenceLost, Host, Limit, Silent
 from turtlewire.protocols.walter.messages import (
+    EMERGENCY_STOP,
     Back,
     Forward,
     Left,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.walter.by_hand import Account
     from turtlewire.robots.walter.settings import Settings
 
 PEN_S = 0.2
@@ -72,6 +74,7 @@ class Connection:
         groups: the capability groups that the robot has, as far as is known (W10).
         knows_c: whether group C has been tried: its presence shows in the pose after a first C move.
         pen_down, speed: as they are when all that was submitted is done.
+        hand: what it does while it is driven by hand; None: it is not.
     """
 
     def __init__(self, link: Link, settings: Settings, notify: Callable[[str], None]) -> None:
@@ -87,6 +90,7 @@ class Connection:
         self.where = Whereabouts()
         self.pen_down = True
         self.speed = settings.speed
+        self.hand: Account | None = None
         self.started = link.now()
         self.notify = notify
         self._connected = False
@@ -115,6 +119,8 @@ class Connection:
                 if isinstance(tag, Question):
                     tag.lost = True
         elif isinstance(event, Limit):
+            if self.hand is not None:
+                self.hand.end(self.link.now())  # it stands already
             self._limit = event.sensor
         elif isinstance(event, Silent):
             self._silent = True
@@ -182,6 +188,7 @@ class Connection:
         """After an attention: where the robot is, and its speed and pen as they should be."""
         host = self.host
         pose = await self._bearings()
+        self.hand = None
         self.where.cut_off(host.abandoned, pose)
         self.where.place(pose)
         host.interrupted, host.abandoned = None, ()
@@ -224,11 +231,19 @@ class Connection:
             return self.where.frame.from_robot(reported)
         if not self._connected:
             return HOME
-        pose = self.where.reckoned(self.host.interrupted)
+        pose = self.whereabouts()
         self.notify(
             f"the robot was stopped near x {pose.x_mm:.0f} mm, y {pose.y_mm:.0f} mm, by reckoning only"
         )
         return pose
+
+    def whereabouts(self) -> Pose:
+        """Where the robot is, or was cut off, as far as that is known without asking."""
+        if self.hand is not None:
+            return self.hand.at(self.link.now())
+        if self.host.abandoned:
+            return self.where.reckoned(self.host.interrupted)
+        return self.where.position.exact
 
     @property
     def closed(self) -> bool:
@@ -244,7 +259,13 @@ class Connection:
         """``stop``, as soon as something is sent: keys of direct control may go out with it."""
         self._stops += 1
         self.timed.clear_alarm()
+        self.end_hand(self.link.now())
         self.host.emergency_stop(self.link.now())
+
+    def end_hand(self, now: float) -> None:
+        """Whoever drives by hand does not any more, as soon as an emergency stop has arrived."""
+        if self.hand is not None:
+            self.hand.end(now + len(EMERGENCY_STOP) * 10.0 / self.settings.baud)
 
     async def close(self) -> None:
         """Stop the robot, if it can be reached, and let go of it."""

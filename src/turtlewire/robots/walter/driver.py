@@ -90,8 +90,9 @@ class AsyncWalter:
 
     @property
     def pose(self) -> Pose:
-        """Where the exact turtle is."""
-        return self._wire.where.position.exact
+        """Where the exact turtle is; while the robot is driven by hand, where that is by reckoning."""
+        hand = self._wire.hand
+        return self._wire.where.position.exact if hand is None else hand.at(self._wire.link.now())
 
     @property
     def is_pen_down(self) -> bool:
@@ -241,7 +242,8 @@ class AsyncWalter:
     async def drive(self, speed: float, turn: float, *, valid_s: float | None = None) -> None:
         """Go on so until told otherwise, in direct control: see ``Drive.drive``.
 
-        The robot moves or turns, whichever is more. Where it got, it is asked by the next command of the turtle.
+        The robot moves or turns, whichever is more; what it does already is not begun anew. Where it got, it is asked
+        by the next command of the turtle.
         """
         await self._by_hand.drive(speed, turn, valid_s)
 
