@@ -74,6 +74,15 @@ def _two_engine_calibration(text: str) -> object:
     return read(TwoEngineCalibration, text)
 
 
+def _calibration(protocol: str, table: dict[str, Any], where: str) -> object:
+    """What stands in ``robots.toml`` itself. Raises ``DataError``, and ``UsageError`` if that robot has none."""
+    from turtlewire.robots.calibration import KINDS, made
+
+    if protocol not in KINDS:
+        raise UsageError(f"{where}: calibration is for robots that speak {' or '.join(KINDS)}")
+    return made(KINDS[protocol], table, f"{where}: calibration")
+
+
 def _turn(text: str) -> str:
     return {"spot": "spot", "arc": "arc"}[text]
 
@@ -171,10 +180,10 @@ def target(url: str, protocol: str = "walter") -> Target:
     if NAME.fullmatch(url):
         return _named(url)
     port, question, query = url.partition("?")
-    options = _options(repr(url), query) if question else {}
+    given = options(repr(url), query) if question else {}
     if url.startswith(SIM):
-        return _simulated(repr(url), port, options)._replace(name=url)
-    return _at_port(repr(url), port, _port_kind(port), options, protocol)._replace(name=url)
+        return _simulated(repr(url), port, given)._replace(name=url)
+    return _at_port(repr(url), port, _port_kind(port), given, protocol)._replace(name=url)
 
 
 def read_setting(protocol: str, name: str, text: str, where: str) -> object:
@@ -218,7 +227,8 @@ def _defaults(protocol: str) -> AnySettings:
 # ---------------------------------------------------------------- URLs
 
 
-def _options(where: str, query: str) -> dict[str, str]:
+def options(where: str, query: str) -> dict[str, str]:
+    """What stands behind the ? of a URL, by name. Raises ``UsageError``, whose text begins with ``where``."""
     options: dict[str, str] = {}
     for part in filter(None, query.split("&")):
         name, _, text = part.partition("=")
@@ -303,7 +313,13 @@ class Entry(NamedTuple):
             )
         if not isinstance(self.table, dict):
             raise UsageError("a robot is a table, with a port, a protocol and settings")
-        options = {key: self._text(key, value) for key, value in self.table.items()}
+        measured = self.table.get("calibration")
+        here = isinstance(measured, dict)
+        options = {
+            key: self._text(key, value)
+            for key, value in self.table.items()
+            if not here or key != "calibration"
+        }
         port = options.pop("port", "")
         if not port or "?" in port or NAME.fullmatch(port):
             raise UsageError(
@@ -311,8 +327,12 @@ class Entry(NamedTuple):
                 '"socket://robot.local:2000"; what is behind the ? of a URL has lines of its own'
             )
         if port.startswith(SIM):
-            return _simulated(where, port, options)._replace(name=self.name)
-        found = _at_port(where, port, _port_kind(port), options, "walter")
+            found = _simulated(where, port, options)
+        else:
+            found = _at_port(where, port, _port_kind(port), options, "walter")
+        if isinstance(measured, dict):
+            calibration = _calibration(found.protocol, measured, where)
+            found = found._replace(overrides={**found.overrides, "calibration": calibration})
         found.settings()  # whether they can drive a robot
         return found._replace(name=self.name)
 

@@ -8,8 +8,9 @@ Everything has a default, which is what the simulated robots are like. A file na
     dead_pwm = 38
     table = [[60, 35.0], [120, 140.0], [255, 330.0]]
 
-``read(TwoEngineCalibration, "robot.toml")`` makes a calibration of it. All of it is checked; a name that means nothing,
-a wrong type or a value that makes no robot raises ``DataError``, which says what and where.
+``read(TwoEngineCalibration, "robot.toml")`` makes a calibration of it; ``calibrating`` measures one. All of it is
+checked; a name that means nothing, a wrong type or a value that makes no robot raises ``DataError``, which says what
+and where.
 """
 
 from __future__ import annotations
@@ -19,12 +20,17 @@ import tomllib
 from bisect import bisect_left
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
 from turtlewire.errors import DataError
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+# TOML has no null.
+NONE = "none"
 FULL_PWM = 255
 MAX_SERVO_DEG = 180
 # A wheel at a right angle would not roll.
@@ -188,10 +194,11 @@ class TwoEngineCalibration(Calibration, frozen=True, kw_only=True):
 
     Attributes:
         left, right: speed on the wire to mm/s; a dialect that speaks of mm/s uses only the full speed of it.
+        left_backward, right_backward: the same backward; None: as ahead.
         left_engine, right_engine: the engines' numbers, 0..255.
         left_reversed, right_reversed: whether that engine drives ahead when it is told to go backward.
         track_mm: above 0; the distance between the wheels.
-        pen_servo: the number of the servo that holds the pen; None: the robot has no pen.
+        pen_servo: the number of the servo that holds the pen; None, in a file ``"none"``: the robot has no pen.
         pen_up_deg, pen_down_deg: 0..180 degrees, its angles.
         pen_s: how long the pen takes, seconds.
         settle_s: how long the robot takes to stand still when the engines are off, seconds.
@@ -201,6 +208,8 @@ class TwoEngineCalibration(Calibration, frozen=True, kw_only=True):
 
     left: SpeedCurve = SpeedCurve(dead_pwm=30, mm_per_s_per_pwm=1.6)
     right: SpeedCurve = SpeedCurve(dead_pwm=30, mm_per_s_per_pwm=1.6)
+    left_backward: SpeedCurve | None = None
+    right_backward: SpeedCurve | None = None
     left_engine: int = 0
     right_engine: int = 1
     left_reversed: bool = False
@@ -229,16 +238,46 @@ class TwoEngineCalibration(Calibration, frozen=True, kw_only=True):
         self._require("overrun_s", -1.0 <= self.overrun_s <= 1.0, "from -1 to 1")
         self._require_times("pen_s", "settle_s")
 
+    def left_curve(self, direction: float) -> SpeedCurve:
+        """Speed on the wire to mm/s of the left wheel, ahead (direction 0 or above) or back."""
+        return self.left if direction >= 0.0 or self.left_backward is None else self.left_backward
+
+    def right_curve(self, direction: float) -> SpeedCurve:
+        """The same of the right wheel."""
+        return self.right if direction >= 0.0 or self.right_backward is None else self.right_backward
+
+    @property
+    def full_mm_per_s(self) -> float:
+        """The speed that both wheels can have, ahead and back."""
+        return min(
+            curve(direction).full_mm_per_s
+            for curve in (self.left_curve, self.right_curve)
+            for direction in (1, -1)
+        )
+
 
 CalibrationT = TypeVar("CalibrationT", bound=Calibration)
+
+
+# By the protocols of the robots that have one.
+KINDS: dict[str, type[Calibration]] = {"simple": CarCalibration, "frame": TwoEngineCalibration}
+
+
+def made(kind: type[CalibrationT], table: Mapping[str, Any], where: str = "calibration") -> CalibrationT:
+    """The calibration that a TOML table says; ``where`` is what errors call it. Raises ``DataError``."""
+    try:
+        return msgspec.convert({key: None if value == NONE else value for key, value in table.items()}, kind)
+    except (msgspec.ValidationError, DataError) as error:
+        raise DataError(f"{where}: {error}") from None
 
 
 def parse(kind: type[CalibrationT], text: str, file: str = "calibration") -> CalibrationT:
     """The calibration in a TOML text; ``file`` is what errors call it. Raises ``DataError``."""
     try:
-        return msgspec.convert(tomllib.loads(text), kind)
-    except (tomllib.TOMLDecodeError, msgspec.ValidationError, DataError) as error:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
         raise DataError(f"{file}: {error}") from None
+    return made(kind, table, file)
 
 
 def read(kind: type[CalibrationT], path: str | Path) -> CalibrationT:
@@ -250,3 +289,17 @@ def read(kind: type[CalibrationT], path: str | Path) -> CalibrationT:
     except UnicodeDecodeError:
         raise DataError(f"{path}: this is not UTF-8") from None
     return parse(kind, text, str(path))
+
+
+def lines(calibration: Calibration) -> dict[str, Any]:
+    """What a TOML table says that means this calibration, by name; None: there is no such line."""
+    table: dict[str, Any] = {}
+    for name in calibration.__struct_fields__:
+        value = getattr(calibration, name)
+        if isinstance(value, Calibration):
+            table[name] = lines(value)
+        elif isinstance(value, tuple):
+            table[name] = [list(point) for point in value] or None
+        else:
+            table[name] = NONE if value is None and name == "pen_servo" else value
+    return table

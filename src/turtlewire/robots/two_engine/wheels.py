@@ -49,7 +49,7 @@ class Wheels(ABC):
     @property
     def full_mm_per_s(self) -> float:
         """The speed that both wheels can have."""
-        return min(self._calibration.left.full_mm_per_s, self._calibration.right.full_mm_per_s)
+        return self._calibration.full_mm_per_s
 
     @abstractmethod
     def nearest(self, left_mm_per_s: float, right_mm_per_s: float) -> Told:
@@ -89,7 +89,8 @@ class EngineWheels(Wheels):
 
     def nearest(self, left_mm_per_s: float, right_mm_per_s: float) -> Told:
         """The PWM of the left wheel, and that of the right one that goes best with what comes of it."""
-        left, right = self._calibration.left, self._calibration.right
+        left = self._calibration.left_curve(left_mm_per_s)
+        right = self._calibration.right_curve(right_mm_per_s)
         left_pwm = left.pwm(abs(left_mm_per_s))
         ratio = left.speed_mm_per_s(left_pwm) / abs(left_mm_per_s) if left_mm_per_s else 1.0
         right_pwm = right.pwm(abs(right_mm_per_s) * ratio)
@@ -99,13 +100,15 @@ class EngineWheels(Wheels):
         """PWM beyond the dead band."""
         curves = self._calibration
         return Told(
-            _signed(curves.left.portion(abs(left)), left), _signed(curves.right.portion(abs(right)), right)
+            _signed(curves.left_curve(left).portion(abs(left)), left),
+            _signed(curves.right_curve(right).portion(abs(right)), right),
         )
 
     def motion(self, told: Told) -> Motion:
         """By the curves of the calibration."""
         curves = self._calibration
-        return motion(_speed(curves.left, told.left), _speed(curves.right, told.right), curves.track_mm)
+        left, right = curves.left_curve(told.left), curves.right_curve(told.right)
+        return motion(_speed(left, told.left), _speed(right, told.right), curves.track_mm)
 
     def messages(self, told: Told) -> list[FrameMessage]:
         """One for each engine."""

@@ -1,0 +1,139 @@
+"""Writing ``robots.toml``: some lines of one robot change, everything else stays as people wrote it, comments too."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turtlewire import configuration, whole_file
+from turtlewire.errors import DataError, OutputError, UsageError
+from turtlewire.robots.calibration import KINDS, parse
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableMapping
+
+    from tomlkit import TOMLDocument
+
+
+def write(name: str, values: Mapping[str, Any]) -> list[Path]:
+    """Change lines of the table of one robot, which is added if it is new; return the files that have changed.
+
+    Args:
+        name: the robot's.
+        values: what its lines are to say, by key; a mapping is a table of its own, of which lines change in the same
+            way; None: there is to be no such line. A calibration that is in a file of its own stays there.
+
+    Nothing is written unless the robot can be used then. Raises ``UsageError`` for a name or a line that means
+    nothing, ``DataError`` for a file that is no TOML, ``OutputError`` for one that cannot be written.
+    """
+    if not configuration.NAME.fullmatch(name):
+        raise UsageError(
+            f"{name!r} cannot be the name of a robot: that is a letter, then letters, digits, - and _; "
+            f"{', '.join(configuration.PROTOCOLS)}, pty, COM1 and the like mean something else"
+        )
+    file = configuration.path()
+    document = _read(file)
+    if name not in document:
+        _add_table(document, name)
+    table: Any = document[name]
+    if not isinstance(table, dict):
+        raise DataError(f"{file}: {name} is no table")
+    values = dict(values)
+    own, measured = table.get("calibration"), values.get("calibration")
+    texts: dict[Path, str] = {}
+    if isinstance(own, str) and isinstance(measured, dict):
+        del values["calibration"]
+        beside = file.parent / own
+        own_file = beside if beside.is_file() else Path(own)
+        calibration = _read(own_file)
+        _change(calibration, measured)
+        texts[own_file] = calibration.as_string()
+        protocol = configuration.Entry(file, name, table.unwrap(), 1).target().protocol
+        parse(KINDS[protocol], texts[own_file], str(own_file))
+    if values:
+        _change(table, values)
+        texts[file] = document.as_string()
+        _check(file, name, texts[file])
+    for path, text in texts.items():
+        _save(path, text)
+    return list(texts)
+
+
+def _save(file: Path, text: str) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        whole_file.replace(file, text.encode())
+    except OSError as error:
+        raise OutputError(f"cannot write {file}: {error.strerror or error}") from error
+
+
+def options(url: str) -> dict[str, Any]:
+    """The lines that mean the same robot as a URL. Raises ``UsageError`` for an option that stands there twice."""
+    port, _, query = url.partition("?")
+    lines: dict[str, Any] = {"port": port}
+    for key, text in configuration.options(repr(url), query).items():
+        lines[key] = _value(text)
+    return lines
+
+
+def _value(text: str) -> object:
+    """A number where it says the same."""
+    for kind in (int, float):
+        try:
+            if str(kind(text)) == text:
+                return kind(text)
+        except ValueError:
+            pass
+    return text
+
+
+def _read(file: Path) -> TOMLDocument:
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        return tomlkit.parse(file.read_bytes().decode())
+    except FileNotFoundError:
+        return tomlkit.document()
+    except OSError as error:
+        raise DataError(f"cannot read {file}: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise DataError(f"{file}, line {line}: this is not UTF-8") from None
+    except TOMLKitError as error:
+        raise DataError(f"{file}: {error}") from None
+
+
+def _add_table(document: TOMLDocument, name: str) -> None:
+    import tomlkit
+
+    if document.as_string().strip():
+        if not document.as_string().endswith("\n"):
+            document.add(tomlkit.nl())
+        document.add(tomlkit.nl())
+    document.add(name, tomlkit.table())
+
+
+def _change(table: MutableMapping[str, Any], values: Mapping[str, Any]) -> None:
+    import tomlkit
+
+    for key, value in values.items():
+        if value is None:
+            table.pop(key, None)
+        elif isinstance(value, dict):
+            if not isinstance(table.get(key), dict):
+                table.pop(key, None)
+                table[key] = tomlkit.table()
+            _change(table[key], value)
+        else:
+            table[key] = value
+
+
+def _check(file: Path, name: str, text: str) -> None:
+    """Whether the robot can be used then. Raises ``DataError``."""
+    try:
+        table = tomllib.loads(text)[name]
+    except tomllib.TOMLDecodeError as error:
+        raise DataError(f"{file} cannot be changed by a program: {error}") from None
+    configuration.Entry(file, name, table, 1).target()
