@@ -49,7 +49,7 @@ def write(name: str, values: Mapping[str, Any]) -> list[Path]:
         calibration = _read(own_file)
         _change(calibration, measured)
         texts[own_file] = calibration.as_string()
-        protocol = configuration.Entry(file, name, table.unwrap(), 1).target().protocol
+        protocol = configuration.Entry(file, name, dict(table), 1).target().protocol
         parse(KINDS[protocol], texts[own_file], str(own_file))
     if values:
         _change(table, values)
