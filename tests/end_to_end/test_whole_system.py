@@ -31,6 +31,8 @@ FIELDS: dict[str, type | tuple[type, ...]] = {
     "statistics": (dict, type(None)),
     "robot_pose": (dict, type(None)),
     "host_pose": (dict, type(None)),
+    "deviation_mm": (dict, type(None)),
+    "drawing": (str, type(None)),
     "host_seconds": float,
     "output": str,
 }

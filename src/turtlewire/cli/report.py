@@ -15,8 +15,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from turtlewire.connect import Robot
+    from turtlewire.deviation import Followed
     from turtlewire.logo import Position
     from turtlewire.robots.walter import Walter
+    from turtlewire.turtle import Pose
+
+# What is compared with the exact path.
+DRAWINGS = {
+    "seen": "as seen",
+    "reported": "as the robot reports its way",
+    "reckoned": "by reckoning; the robot cannot tell its way",
+}
 
 
 class Report:
@@ -45,6 +55,8 @@ class Report:
             "statistics": None,
             "robot_pose": None,
             "host_pose": None,
+            "deviation_mm": None,
+            "drawing": None,
             "host_seconds": 0.0,
         }
 
@@ -67,6 +79,20 @@ class Report:
         if "Q" in robot.groups:
             self._result["robot_pose"] = robot.reported_pose()._asdict()
         self._result["host_pose"] = robot.pose._asdict()
+
+    def deviates(self, robot: Robot, turtle: Followed, origin: Pose) -> None:
+        """What was drawn is compared with what should have been; ``origin``: the turtle's home, as the drawing has it.
+
+        For a robot that cannot be seen, what was drawn is where it says that it went, or where it should have gone.
+        """
+        from turtlewire.deviation import between
+
+        says = "Q" in getattr(robot, "groups", ())
+        self._result["drawing"] = (
+            "reported" if says and self._is_real else "reckoned" if self._is_real else "seen"
+        )
+        found = between(robot.trace, turtle.ideal, origin) if turtle.is_exact else None
+        self._result["deviation_mm"] = found and found._asdict()
 
     def measure(self, robot: Walter) -> None:
         """The figures of the connection, however far it came."""
@@ -149,10 +175,19 @@ class Report:
             yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
         yield f"  host pose  {_pose(host)}"
         yield f"  robot pose {_pose(robot) if robot else 'it cannot tell'}"
+        yield from self._deviation()
         if figures["corrections"]:
             yield f"  corrected  {figures['corrections']} times: the robot was not where it should have been"
         if self._result["pictures"]:
             yield f"  drawn      {', '.join(self._result['pictures'])}"
+
+    def _deviation(self) -> Iterator[str]:
+        deviation, drawing = self._result["deviation_mm"], self._result["drawing"]
+        if deviation:
+            yield (
+                f"  deviation  {deviation['largest']:.2f} mm at most, {deviation['mean']:.2f} mm on average, "
+                f"from the exact path ({DRAWINGS[drawing]})"
+            )
 
 
 def _pose(pose: dict[str, float]) -> str:

@@ -158,11 +158,13 @@ class _Run:
 
     def _drive(self, robot: Robot, source: str, name: str) -> None:
         """Run the program to its end and the robot to its last motion."""
+        from turtlewire.deviation import Followed
         from turtlewire.logo import Interpreter
 
         arguments, report = self._arguments, self._report
+        origin, turtle = robot.trace.pose, Followed(robot)
         interpreter = Interpreter(
-            robot, report.keep_output, random.Random(arguments.seed), step_mm=arguments.step_mm
+            turtle, report.keep_output, random.Random(arguments.seed), step_mm=arguments.step_mm
         )
         try:
             with RobotBar(robot, interpreter.progress, shown=not arguments.json) as bar:
@@ -170,6 +172,7 @@ class _Run:
                     interpreter.write = bar.write
                 interpreter.run(source, name)
                 self._finish(robot, interpreter)
+                report.deviates(robot, turtle, origin)
         finally:
             self.position = interpreter.position
 
@@ -308,6 +311,7 @@ class RobotReport(Report):
         if not self._is_real:
             yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
         yield f"  host pose  {_pose(self._result['host_pose'])}"
+        yield from self._deviation()
         if self._result["pictures"]:
             yield f"  drawn      {', '.join(self._result['pictures'])}"
 

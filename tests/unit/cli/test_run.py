@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from typing import TYPE_CHECKING
 
@@ -54,7 +55,7 @@ def test_robots_that_count_no_commands(capsys: pytest.CaptureFixture[str], which
     assert main(["run", "corner.logo", "--picture", "p.svg", *which.split()]) == 0
     err = capsys.readouterr().err
     lines = [line[:13].strip() for line in err.splitlines()]
-    assert lines == ["corner.logo:", "sent", "driven", "took", "host pose", "drawn"]
+    assert lines == ["corner.logo:", "sent", "driven", "took", "host pose", "deviation", "drawn"]
     assert "host pose  x 20 mm, y 50 mm, heading 90 degrees" in err
     assert "bytes came back" in err
 
@@ -74,6 +75,26 @@ def test_for_programs(capsys: pytest.CaptureFixture[str], robot: str) -> None:
     if robot == "elsie":
         assert told["connection"]["settings"]["gentle"] == "no"
         assert "faults" not in told["connection"]
+
+
+def test_what_was_drawn_is_compared_with_the_exact_path(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        main(["run", "corner.logo", "--port", "sim:frame?right_factor=1.05&start=40,-30,90", "--json"]) == 0
+    )
+    told = json.loads(capsys.readouterr().out)
+    assert told["drawing"] == "seen"
+    # 5% more on one side turn it by 2 degrees each 100 mm.
+    assert 0.5 < told["deviation_mm"]["largest"] < 5.0
+    assert 0.1 < told["deviation_mm"]["mean"] < told["deviation_mm"]["largest"]
+    assert main(["run", "corner.logo", "--port", "sim:frame"]) == 0
+    assert re.search(r"deviation  0\.0\d mm at most, 0\.0\d mm on average", capsys.readouterr().err)
+
+
+def test_there_is_no_deviation_of_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for text, code in (("PU FD 50\n", 0), ("FD 50 ERROR.HERE\n", 1)):
+        (tmp_path / "nothing.logo").write_text(text, "utf-8")
+        assert main(["run", "nothing.logo", "--robot", "frame", "--json"]) == code
+        assert json.loads(capsys.readouterr().out)["deviation_mm"] is None
 
 
 def test_what_noise_does(capsys: pytest.CaptureFixture[str]) -> None:
