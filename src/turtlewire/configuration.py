@@ -106,6 +106,7 @@ SETTINGS: dict[str, dict[str, Kind]] = {
         "max_unfenced": WHOLE,
         "heartbeat_s": SECONDS,
         "require_replies": SWITCH,
+        "reconnect_s": NUMBER,
     },
     "simple": {
         "baud": WHOLE,
@@ -120,6 +121,7 @@ SETTINGS: dict[str, dict[str, Kind]] = {
         "retries": WHOLE,
         "boot_s": NUMBER,
         "heartbeat_s": SECONDS,
+        "reconnect_s": NUMBER,
     },
     "frame": {
         "dialect": Kind(_dialect, "0.1, 0.1-literal, telemetry, or a file"),
@@ -132,6 +134,7 @@ SETTINGS: dict[str, dict[str, Kind]] = {
         "repeat_s": SECONDS,
         "heartbeat_s": SECONDS,
         "odometry_s": NUMBER,
+        "reconnect_s": NUMBER,
     },
 }
 

@@ -263,7 +263,7 @@ async def _stop(target: Target, settings: AnySettings | None) -> Stopped:
         raise UsageError(f"{target.name} is a robot of its own in each process: there is nothing to stop")
     if target.port in PTY:
         raise UsageError("pty is a new port, with no robot at it yet: name the port of the robot")
-    settings = target.settings(settings)
+    settings = target.settings(settings)._replace(reconnect_s=0.0)
     link = await _opened(target, settings)  # without faults: this is no lesson
     if target.protocol == "frame":
         return await _stop_unanswered(link, settings)

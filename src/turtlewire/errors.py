@@ -57,8 +57,16 @@ class PortBusyError(LinkError):
     """The port is in use by another program: a robot has one host at a time."""
 
 
+class LinkLostError(LinkError):
+    """The link ended while it was in use: unplugged, or closed by the other side. It is being opened again.
+
+    The robot may be moving until it is reached again. Motion goes on only after ``resume``, and where the robot is then
+    has to be found out: what was under way is never sent again (S8, W15).
+    """
+
+
 class LinkClosedError(LinkError):
-    """The link ended while it was in use: unplugged, or closed by the other side."""
+    """There is no link: it was closed, it was never opened, or it ended and is not, or no longer, tried again."""
 
 
 class RobotError(TurtlewireError):

@@ -10,14 +10,14 @@ import math
 import random
 from typing import NamedTuple
 
-from turtlewire.errors import LinkClosedError, UsageError
+from turtlewire.errors import LinkClosedError, PortNotFoundError, UsageError
 from turtlewire.links.link import Link
 
 RATES = ("lose", "add", "flip", "duplicate")
 FORM = (
     "NAME:VALUE,... of "
     + ", ".join(f"{name}:RATE" for name in RATES)
-    + (", delay:SECONDS, split:BYTES, stall:AT+SECONDS, close:AT, seed:NUMBER, to:robot|host")
+    + (", delay:SECONDS, split:BYTES, stall:AT+SECONDS, close:AT+SECONDS, seed:NUMBER, to:robot|host")
 )
 
 
@@ -30,9 +30,10 @@ class Faults(NamedTuple):
         delay_s: each write and each read is up to so late, seconds; their order is kept.
         split: bytes come in pieces of at most so many; 0: as they are.
         stalls: (at, for) in seconds since the link was opened: nothing gets through, then all of it.
-        close_at_s: when the link ends.
+        close_at_s: when the link ends, seconds since it was opened.
         seed: of chance.
         to: ``"robot"`` or ``"host"``: the only direction with faults; empty: both.
+        gone_s: for how long a link that ended cannot be opened again, seconds.
     """
 
     lose: float = 0.0
@@ -45,6 +46,7 @@ class Faults(NamedTuple):
     close_at_s: float = math.inf
     seed: int = 0
     to: str = ""
+    gone_s: float = 0.0
 
     @classmethod
     def parse(cls, text: str) -> Faults:
@@ -71,7 +73,8 @@ class Faults(NamedTuple):
             at, _, length = value.partition("+")
             return self._replace(stalls=(*self.stalls, (_within(float(at)), _within(float(length)))))
         if name == "close":
-            return self._replace(close_at_s=_within(float(value)))
+            at, _, length = value.partition("+")
+            return self._replace(close_at_s=_within(float(at)), gone_s=_within(float(length or 0.0)))
         if name == "seed":
             return self._replace(seed=int(value))
         if name == "to" and value in ("robot", "host"):
@@ -100,6 +103,7 @@ class FaultyLink(Link):
         self._faults = faults
         self._random = random.Random(faults.seed)
         self._started_s = link.now()
+        self._reopened_s = -math.inf
         self._number = 0
         # (when, number, bytes), earliest first.
         self._to_robot: list[tuple[float, int, bytes]] = []
@@ -135,7 +139,7 @@ class FaultyLink(Link):
             data = self._pop_for_host()
             if data or self.now() >= until:
                 return data
-            wait = min(until, self._next_due(), self._started_s + self._faults.close_at_s)
+            wait = min(until, self._next_due(), self._closes_at())
             data = await self._link.read(wait)
             if data:
                 self._put(self._to_host, data, "host")
@@ -150,8 +154,28 @@ class FaultyLink(Link):
         """Close the link within; what is late is lost."""
         await self._link.close()
 
+    async def reopen(self) -> None:
+        """Open the link within again, if it is not to be gone yet; the faults go on as if nothing had happened."""
+        end = self._started_s + self._faults.close_at_s
+        if end <= self.now() < end + self._faults.gone_s:
+            raise PortNotFoundError(f"there is no port {self.url} now: a fault that was asked for")
+        await self._link.reopen()
+        self._to_robot.clear()
+        self._to_host.clear()
+        self._latest = {"robot": -math.inf, "host": -math.inf}
+        self._reopened_s = self.now()
+
+    async def sleep(self, until: float) -> None:
+        """As the link within."""
+        await self._link.sleep(until)
+
+    def _closes_at(self) -> float:
+        """When the link will end: once."""
+        at = self._started_s + self._faults.close_at_s
+        return at if at > self._reopened_s else math.inf
+
     def _check_open(self) -> None:
-        if self.now() >= self._started_s + self._faults.close_at_s:
+        if self.now() >= self._closes_at():
             raise LinkClosedError(f"the link to {self.url} ended: a fault that was asked for")
 
     def _put(self, queue: list[tuple[float, int, bytes]], data: bytes, to: str) -> None:

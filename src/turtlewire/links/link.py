@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+from turtlewire.errors import LinkClosedError
+
 
 class Link(ABC):
     """A way to carry bytes to and from one robot, opened exclusively, with a clock.
@@ -46,3 +48,19 @@ class Link(ABC):
     @abstractmethod
     async def close(self) -> None:
         """Send what has been handed over, as far as that takes no longer than a second, and let go of the port."""
+
+    # ------------------------------------------------------------------ after it has ended
+
+    async def reopen(self) -> None:
+        """Open the same port again, after ``close``: nothing that came or was to go before counts any more.
+
+        What lies around a link (faults, a recording) goes on over it. Raises ``LinkError`` when the port cannot be had
+        now, ``LinkClosedError`` when it never can again, as for links that do not know how.
+        """
+        raise LinkClosedError(f"the link to {self.url} cannot be opened again: connect anew")
+
+    async def sleep(self, until: float) -> None:
+        """Let time pass while the link is closed, or while nothing that comes counts."""
+        import asyncio
+
+        await asyncio.sleep(max(0.0, until - self.now()))

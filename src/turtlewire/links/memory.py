@@ -28,6 +28,9 @@ class VirtualEnd(Protocol):
     def read(self, until: float) -> bytes:
         """Let time pass until something has arrived for the host, or until a time."""
 
+    def port_opened(self) -> None:
+        """The host has opened the port once more: many a robot is reset by that (section 4)."""
+
 
 class MemoryLink(Link):
     """A link to a ``VirtualEnd``.
@@ -66,13 +69,14 @@ class MemoryLink(Link):
     async def read(self, until: float) -> bytes:
         """Let the robot's time pass."""
         self._check()
-        if self._pace is not None:
-            return self._read_at_pace(until, self._pace)
         before = self._end.now
-        data = self._end.read(until)
+        data = self._read(until)
         if not data and until == math.inf and self._end.now == before:
             raise RuntimeError("the host waits for something that will never happen")
         return data
+
+    def _read(self, until: float) -> bytes:
+        return self._end.read(until) if self._pace is None else self._read_at_pace(until, self._pace)
 
     def _read_at_pace(self, until: float, pace: float) -> bytes:
         """Let time pass no faster than on the wall: whoever interrupts this finds the robot where it has come to.
@@ -92,6 +96,17 @@ class MemoryLink(Link):
     async def close(self) -> None:
         """Let go of the robot."""
         self._closed = True
+
+    async def reopen(self) -> None:
+        """Take hold of the same robot again; what it has said meanwhile nobody has heard."""
+        self._end.read(self._end.now)
+        self._end.port_opened()
+        self._closed = False
+
+    async def sleep(self, until: float) -> None:
+        """Let the robot's time pass; what it says meanwhile nobody hears."""
+        while self._end.now < until:
+            self._read(until)
 
     def _check(self) -> None:
         if self._closed:

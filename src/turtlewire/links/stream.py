@@ -15,7 +15,7 @@ from turtlewire.links.link import Link
 from turtlewire.links.port import Port
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable
 
 CONNECT_TIMEOUT_S = 5.0
 CLOSE_TIMEOUT_S = 1.0
@@ -23,44 +23,63 @@ CLOSE_TIMEOUT_S = 1.0
 MAX_UNREAD_BYTES = 1 << 20
 
 
-class StreamLink(Link, asyncio.Protocol):
-    """A link over an asyncio transport. Made by ``open_port``."""
+class Connection(asyncio.Protocol):
+    """A port while it is open, as asyncio sees it. Each opening has its own: nothing of an earlier one can mix in.
 
-    in_background = True
+    Attributes:
+        transport: what bytes are written to; None: not open yet.
+        fileno: of a serial port.
+        received: bytes that nobody has read yet.
+        ended: how it came to its end, for people; None: it has not.
+        something: set when there is something to look at.
+        gone: set when the port is free again.
+    """
 
     def __init__(self, url: str) -> None:
         self.url = url
-        self._transport: asyncio.Transport | None = None
-        self._fileno: int | None = None
-        self._received = bytearray()
-        self._ended: str | None = None
-        self._something = asyncio.Event()
-        self._gone = asyncio.Event()
-
-    # asyncio's side
+        self.transport: asyncio.Transport | None = None
+        self.fileno: int | None = None
+        self.received = bytearray()
+        self.ended: str | None = None
+        self.something = asyncio.Event()
+        self.gone = asyncio.Event()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """asyncio: open."""
         assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
+        self.transport = transport
 
     def data_received(self, data: bytes) -> None:
         """asyncio: bytes came."""
-        if len(self._received) < MAX_UNREAD_BYTES:
-            self._received += data
-        self._something.set()
+        if len(self.received) < MAX_UNREAD_BYTES:
+            self.received += data
+        self.something.set()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """asyncio: the other side or the device is gone."""
-        if self._ended is None:
+        if self.ended is None:
             reason = f": {exc}" if exc else ""
-            self._ended = (
+            self.ended = (
                 f"the link to {self.url} ended{reason}. Is the robot still plugged in and switched on?"
             )
-        self._something.set()
-        self._gone.set()
+        self.something.set()
+        self.gone.set()
 
-    # the robot's side
+
+class StreamLink(Link):
+    """A link over an asyncio transport. Made by ``open_port``.
+
+    Args:
+        url: what it is called.
+        opener: opens the port anew; raises ``OSError`` or ``LinkError``.
+    """
+
+    in_background = True
+
+    def __init__(self, url: str, opener: Callable[[Connection], Awaitable[None]]) -> None:
+        self.url = url
+        self._opener = opener
+        self._connection = Connection(url)
 
     def now(self) -> float:
         """Seconds on the monotonic clock."""
@@ -68,49 +87,65 @@ class StreamLink(Link, asyncio.Protocol):
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the operating system."""
-        if self._ended is not None or self._transport is None:
-            raise LinkClosedError(self._ended or f"the link to {self.url} is not open")
-        self._transport.write(data)
+        connection = self._connection
+        if connection.ended is not None or connection.transport is None:
+            raise LinkClosedError(connection.ended or f"the link to {self.url} is not open")
+        connection.transport.write(data)
 
     def write_urgent(self, data: bytes) -> None:
         """Throw away what the operating system has not sent, where it lets us, and send these bytes."""
         # Once the link has ended, the number may be another file's.
-        if self._fileno is not None and self._ended is None:
+        fileno = self._connection.fileno
+        if fileno is not None and self._connection.ended is None:
             with contextlib.suppress(ImportError):  # Windows
                 import termios
 
                 # termios.error is no OSError. The device is gone: write says that better.
                 with contextlib.suppress(OSError, termios.error):
-                    termios.tcflush(self._fileno, termios.TCOFLUSH)
+                    termios.tcflush(fileno, termios.TCOFLUSH)
         self.write(data)
 
     async def read(self, until: float) -> bytes:
         """Wait for bytes."""
-        if not self._received and self._ended is None:
-            self._something.clear()
+        connection = self._connection
+        if not connection.received and connection.ended is None:
+            connection.something.clear()
             timeout = None if until == math.inf else max(0.0, until - time.monotonic())
             with contextlib.suppress(TimeoutError):
                 # Not wait_for, which in Python 3.11 can swallow a cancellation.
                 async with asyncio.timeout(timeout):
-                    await self._something.wait()
-        if not self._received and self._ended is not None:
-            raise LinkClosedError(self._ended)
-        data = bytes(self._received)
-        self._received.clear()
+                    await connection.something.wait()
+        if not connection.received and connection.ended is not None:
+            raise LinkClosedError(connection.ended)
+        data = bytes(connection.received)
+        connection.received.clear()
         return data
 
     def wake(self) -> None:
         """End a read that waits."""
-        self._something.set()
+        self._connection.something.set()
 
     async def close(self) -> None:
         """Let the last bytes go, then let go of the port."""
-        if self._transport is None:
+        connection = self._connection
+        if connection.transport is None:
             return
-        self._ended = self._ended or f"the link to {self.url} is closed"
-        self._transport.close()
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._gone.wait(), CLOSE_TIMEOUT_S)
+        connection.ended = connection.ended or f"the link to {self.url} is closed"
+        for let_go in (connection.transport.close, connection.transport.abort):
+            let_go()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(CLOSE_TIMEOUT_S):
+                    await connection.gone.wait()
+                return
+
+    async def reopen(self) -> None:
+        """Open the port again; what came or was to go before is forgotten."""
+        connection = Connection(self.url)
+        try:
+            await self._opener(connection)
+        except OSError as error:
+            raise explained(self.url, Port.parse(self.url), error) from error
+        self._connection = connection
 
 
 async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = lambda _: None) -> StreamLink:
@@ -122,20 +157,21 @@ async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = l
     Raises ``UsageError`` (no port), ``PortNotFoundError``, ``PortBusyError`` or ``LinkError``.
     """
     port = Port.parse(text)
-    link = StreamLink(text)
-    try:
+
+    async def opener(connection: Connection) -> None:
         if port.kind == "serial":
-            await _open_serial(link, port.path, port.baud or baud)
+            await _open_serial(connection, port.path, port.baud or baud)
         elif port.kind == "socket":
-            await _open_socket(link, port.host, port.number)
+            await _open_socket(connection, port.host, port.number)
         else:
-            await _open_pty(link, announce)
-    except OSError as error:
-        raise explained(text, port, error) from error
+            _open_pty(connection, announce)
+
+    link = StreamLink(text, opener)
+    await link.reopen()
     return link
 
 
-async def _open_serial(link: StreamLink, path: str, baud: int) -> None:
+async def _open_serial(connection: Connection, path: str, baud: int) -> None:
     import serialx
 
     refusals: tuple[type[Exception], ...] = (serialx.SerialException,)
@@ -145,19 +181,22 @@ async def _open_serial(link: StreamLink, path: str, baud: int) -> None:
         refusals += (termios.error,)
     loop = asyncio.get_running_loop()
     try:
-        transport, _ = await serialx.create_serial_connection(loop, lambda: link, path, baud, exclusive=True)
+        transport, _ = await serialx.create_serial_connection(
+            loop, lambda: connection, path, baud, exclusive=True
+        )
     except refusals as error:
-        raise LinkError(f"cannot use {link.url} as a serial port: {error.args[-1]}") from error
+        raise LinkError(f"cannot use {connection.url} as a serial port: {error.args[-1]}") from error
     with contextlib.suppress(OSError, ValueError):
-        link._fileno = transport.serial.fileno()
+        connection.fileno = transport.serial.fileno()
 
 
-async def _open_socket(link: StreamLink, host: str, number: int) -> None:
+async def _open_socket(connection: Connection, host: str, number: int) -> None:
     loop = asyncio.get_running_loop()
-    await asyncio.wait_for(loop.create_connection(lambda: link, host, number), CONNECT_TIMEOUT_S)
+    async with asyncio.timeout(CONNECT_TIMEOUT_S):
+        await loop.create_connection(lambda: connection, host, number)
 
 
-async def _open_pty(link: StreamLink, announce: Callable[[str], None]) -> None:
+def _open_pty(connection: Connection, announce: Callable[[str], None]) -> None:
     try:
         import pty
         import tty
@@ -166,16 +205,16 @@ async def _open_pty(link: StreamLink, announce: Callable[[str], None]) -> None:
     near, far = pty.openpty()
     tty.setraw(far)
     # The far end stays open here, so that the robot's program may come and go.
-    link._transport = _PtyTransport(near, far, link)
+    connection.transport = _PtyTransport(near, far, connection)
     announce(os.ttyname(far))
 
 
 class _PtyTransport(asyncio.Transport):
     """The near end of a pty, read and written when ready."""
 
-    def __init__(self, near: int, far: int, link: StreamLink) -> None:
+    def __init__(self, near: int, far: int, connection: Connection) -> None:
         super().__init__()
-        self._near, self._far, self._link = near, far, link
+        self._near, self._far, self._connection = near, far, connection
         self._unsent = bytearray()
         self._loop = asyncio.get_running_loop()
         os.set_blocking(near, False)
@@ -189,7 +228,7 @@ class _PtyTransport(asyncio.Transport):
         except OSError as error:
             self._end(error)
             return
-        self._link.data_received(data)
+        self._connection.data_received(data)
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
         self._unsent += data
@@ -211,6 +250,9 @@ class _PtyTransport(asyncio.Transport):
     def close(self) -> None:
         self._end(None)
 
+    def abort(self) -> None:
+        self._end(None)
+
     def _end(self, error: OSError | None) -> None:
         if self._near < 0:
             return
@@ -219,7 +261,7 @@ class _PtyTransport(asyncio.Transport):
         os.close(self._near)
         os.close(self._far)
         self._near = -1
-        self._link.connection_lost(error)
+        self._connection.connection_lost(error)
 
 
 def explained(text: str, port: Port, error: OSError) -> LinkError:

@@ -16,6 +16,13 @@ class Frame:
         self.origin = origin
         self._dx, self._dy = direction(origin.heading_deg)
 
+    @classmethod
+    def anew(cls, pose: Pose) -> Frame:
+        """The frame of a robot that was switched on anew, with the turtle at a pose."""
+        turned = Pose(heading_deg=-pose.heading_deg % 360.0)
+        x, y, _ = cls(turned).to_robot(pose)
+        return cls(turned._replace(x_mm=-x, y_mm=-y))
+
     def to_robot(self, pose: Pose) -> Pose:
         """A pose of the turtle, in the robot's coordinates."""
         return Pose(

@@ -3,26 +3,44 @@
 Where the link lives in the background (a real port) a task pumps all the time, so that events are seen and a
 watchdog is fed while the program thinks. Where it lives in virtual time, whoever waits pumps: then nothing ever
 suspends, and asyncio is not even imported.
+
+A link that ends is the end of the session, or the beginning of ``reconnecting``.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from turtlewire.errors import LinkClosedError, TurtlewireError
+from turtlewire.errors import LinkClosedError, LinkError, LinkLostError
 
 if TYPE_CHECKING:
     import asyncio
     from collections.abc import Callable, Sequence
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.reconnecting import LinkState, Reconnecting
 
 # The name of the task that serves a link: the last one to be ended.
 PUMP = "turtlewire pump"
 
 Event_co = TypeVar("Event_co", covariant=True)
 EventT = TypeVar("EventT")
+
+
+class _BrokenError(Exception):
+    """Nothing can be sent or heard."""
+
+
+async def ended(task: asyncio.Task[None]) -> None:
+    """End a task, and wait for that. Raises what it raised, if that is not that it was ended."""
+    import asyncio
+
+    task.cancel()
+    await asyncio.wait([task])  # awaiting the task itself could not tell its end from that of whoever waits
+    if not task.cancelled():
+        task.result()
 
 
 class HostMachine(Protocol[Event_co]):
@@ -43,20 +61,32 @@ class HostMachine(Protocol[Event_co]):
     def timed_out(self, now: float) -> Sequence[Event_co]:
         """Act on the time."""
 
+    def link_lost(self, now: float) -> Sequence[Event_co]:
+        """The link ended: forget all that was under way or to come. Nothing is sent before the next beginning."""
+
 
 class Session(Generic[EventT]):
     """A link and a host's state machine at work.
 
     Every event of the machine is handed to ``on_event``, which must neither wait nor raise.
+
+    Attributes:
+        ended: why there is no link any more, for people; "" while there is one, or may be one again.
+        losses: how often the link was lost.
+        is_told: whether anybody has been told of the last loss, or of the end, by an error.
     """
 
     def __init__(self, link: Link, host: HostMachine[EventT], on_event: Callable[[EventT], None]) -> None:
         self.link = link
         self.bytes_sent = 0
         self.bytes_received = 0
+        self.ended = ""
+        self.losses = 0
+        self.is_told = True
         self._host = host
         self._on_event = on_event
-        self._failure: TurtlewireError | None = None
+        self._is_broken = False  # lost or ended: nothing can be sent or heard
+        self._reconnecting: Reconnecting | None = None
         self._pump: asyncio.Task[None] | None = None
         self._changed: asyncio.Event | None = None
 
@@ -68,62 +98,165 @@ class Session(Generic[EventT]):
             self._changed = asyncio.Event()
             self._pump = asyncio.create_task(self._pump_forever(), name=PUMP)
 
+    def reconnect_by(self, reconnecting: Reconnecting) -> None:
+        """From now on, open a link that ends again."""
+        self._reconnecting = reconnecting
+
     @property
-    def failed(self) -> bool:
-        """Whether the link has ended."""
-        return self._failure is not None
+    def state(self) -> LinkState:
+        """How the link is."""
+        if self.ended:
+            return "closed"
+        return self._reconnecting.state if self._reconnecting is not None else "connected"
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing moves over this link, for good or for now, and somebody has been told so."""
+        return self.state != "connected" and self.is_told
+
+    @property
+    def reconnections(self) -> int:
+        """How often the robot was reached again after the link was lost."""
+        return self._reconnecting.count if self._reconnecting is not None else 0
+
+    # ------------------------------------------------------------------ sending and waiting
 
     def flush(self) -> None:
-        """Send what the machine wants sent; a stop even when nobody pumps any more. Raises ``LinkClosedError``."""
+        """Send what the machine wants sent; a stop even when nobody pumps any more. Raises ``LinkError``."""
+        try:
+            self._send()
+        except _BrokenError:
+            raise self.error() from None
+
+    async def until(self, condition: Callable[[], bool], deadline: float = math.inf) -> bool:
+        """Wait until a condition holds; False if a time came first.
+
+        Raises ``LinkLostError`` if the link is lost meanwhile, ``LinkClosedError`` if there is none any more.
+        """
+        losses = self.losses
+        self.flush()
+        while (
+            losses == self.losses
+        ):  # after a loss the machine is empty, and nothing that it says is about before
+            if condition():
+                return True
+            if self._is_broken:
+                break
+            if self.link.now() >= deadline:
+                return False
+            if self._changed is None:
+                with contextlib.suppress(_BrokenError):
+                    await self._step(deadline)
+            else:
+                await self.change(deadline)
+        raise self.error()
+
+    def check(self) -> None:
+        """Before anything that moves the robot. Raises ``LinkLostError`` until that is allowed again, or for good."""
+        if self._is_broken or self.state != "connected":
+            raise self.error()
+
+    def error(self) -> LinkError:
+        """Why nothing can be done, for whoever wants to."""
+        self.is_told = True
+        if self.ended or self._reconnecting is None:
+            return LinkClosedError(self.ended)
+        return LinkLostError(str(self._reconnecting))
+
+    # ------------------------------------------------------------------ how it ends
+
+    def end(self, reason: str) -> None:
+        """There will be no link any more; whoever waits is told why."""
+        if not self.ended:
+            self.ended, self.is_told = reason, False
+        self._is_broken = True
+        self.notify()
+        self.link.wake()
+
+    async def close(self) -> None:
+        """Stop pumping and let go of the link."""
+        self.end(f"the link to {self.link.url} is closed")
+        self.is_told = True
+        try:
+            await self.end_pumping()
+        finally:
+            await self.link.close()
+
+    async def end_pumping(self) -> None:
+        """Nobody serves the link any more, nor opens it again."""
+        if self._reconnecting is not None:
+            await self._reconnecting.cancel()
+        if self._pump is not None:
+            await ended(self._pump)
+
+    def _broke(self, error: LinkClosedError) -> _BrokenError:
+        """The link has ended, for good or not."""
+        if self._is_broken:
+            return _BrokenError()
+        if self._reconnecting is None:
+            self.end(str(error))
+            return _BrokenError()
+        self.losses += 1
+        self._is_broken, self.is_told = True, False
+        self._reconnecting.lost(str(error))
+        for event in self._host.link_lost(self.link.now()):
+            self._on_event(event)
+        self.notify()
+        self.link.wake()
+        return _BrokenError()
+
+    async def reached(self, timeout_s: float | None) -> None:
+        """Wait until a robot whose link was lost was reached again; see ``Reconnecting.reached``."""
+        if self._reconnecting is not None:
+            await self._reconnecting.reached(timeout_s)
+        if self.ended:
+            raise self.error()
+
+    def resumed(self) -> None:
+        """Motion may go on."""
+        assert self._reconnecting is not None
+        self._reconnecting.state = "connected"
+
+    async def last_try(self, emergency_stop: Callable[[float], bytes], last_bytes_s: float) -> None:
+        """Let go of a robot that is not reached yet: see ``Reconnecting.last_try``."""
+        assert self._reconnecting is not None
+        await self._reconnecting.last_try(emergency_stop, last_bytes_s)
+
+    def opened_again(self) -> None:
+        """The link is open again: it can be used."""
+        self._is_broken = bool(self.ended)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether anything can be sent and heard."""
+        return not self._is_broken
+
+    # ------------------------------------------------------------------ pumping
+
+    def _send(self) -> None:
         try:
             urgent = self._host.urgent_to_send()
             if urgent:
                 self.bytes_sent += len(urgent)
                 self.link.write_urgent(urgent)
-            if self._failure is not None:
-                raise self._failure
+            if self._is_broken:
+                raise _BrokenError
             data = self._host.data_to_send(self.link.now())
             if data:
                 self.bytes_sent += len(data)
                 self.link.write(data)
         except LinkClosedError as error:
-            self._failure = error
-            raise
+            raise self._broke(error) from None
         self.link.wake()
-
-    async def until(self, condition: Callable[[], bool], deadline: float = math.inf) -> bool:
-        """Wait until a condition holds; False if a time came first. Raises ``LinkClosedError``."""
-        self.flush()
-        while not condition():
-            if self._failure is not None:
-                raise self._failure
-            if self.link.now() >= deadline:
-                return False
-            if self._changed is None:
-                await self._step(deadline)
-            else:
-                await self._change(deadline)
-        return True
-
-    async def close(self) -> None:
-        """Stop pumping and let go of the link."""
-        self._failure = self._failure or LinkClosedError(f"the link to {self.link.url} is closed")
-        if self._pump is not None:
-            import asyncio
-            import contextlib
-
-            self._pump.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._pump
-        await self.link.close()
 
     async def _step(self, deadline: float = math.inf) -> None:
         """Let one thing happen."""
         try:
             data = await self.link.read(min(deadline, self._host.next_timeout()))
         except LinkClosedError as error:
-            self._failure = error
-            raise
+            raise self._broke(error) from None
+        if self._is_broken:  # somebody else has seen it end: what came before does not count any more
+            raise _BrokenError
         now = self.link.now()
         if data:
             self.bytes_received += len(data)
@@ -132,35 +265,34 @@ class Session(Generic[EventT]):
         if now >= self._host.next_timeout():
             for event in self._host.timed_out(now):
                 self._on_event(event)
-        self.flush()
+        self._send()
 
     async def _pump_forever(self) -> None:
-        import contextlib
-
-        assert self._changed is not None
         try:
-            with contextlib.suppress(LinkClosedError):  # kept as the failure that every waiter raises
-                while True:
+            while not self.ended:
+                try:
                     await self._step()
-                    self._notify()
+                except _BrokenError:
+                    if self._reconnecting is not None and not self.ended:
+                        await self._reconnecting.open_again()
+                self.notify()
+            await self.link.close()
         finally:
             # However it ends, nobody may go on waiting for it.
-            self._failure = self._failure or LinkClosedError(
-                f"the link to {self.link.url} is not served any more"
-            )
-            self._notify()
+            self.end(f"the link to {self.link.url} is not served any more")
 
-    def _notify(self) -> None:
+    def notify(self) -> None:
+        """Something has happened: whoever waits looks again."""
+        if self._changed is None:
+            return
         import asyncio
 
-        assert self._changed is not None
         self._changed.set()
         self._changed = asyncio.Event()
 
-    async def _change(self, deadline: float) -> None:
-        """Wait until the pump has let something happen."""
+    async def change(self, deadline: float = math.inf) -> None:
+        """Wait until the pump has let something happen; only where one pumps."""
         import asyncio
-        import contextlib
 
         assert self._changed is not None
         timeout = None if deadline == math.inf else max(0.0, deadline - self.link.now())

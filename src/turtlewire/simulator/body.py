@@ -62,6 +62,7 @@ class Body(ABC, Generic[S_co]):
         self._odometer = HOME
         self._trace = Trace(self._true)
         self._heard_s = 0.0
+        self._booted_s = settings.boot_s
         self._bytes_in = self._bytes_out = self._lost_bytes = self._watchdog_stops = 0
 
     # The line
@@ -114,6 +115,16 @@ class Body(ABC, Generic[S_co]):
     def _nothing_will_change(self) -> bool:
         """Whether all that is to come is that robots drive on."""
         return self._to_host.next_s == math.inf and all(robot.only_drives_on() for robot in self.company)
+
+    def port_opened(self) -> None:
+        """The host has opened the port once more: a robot that takes time to boot is reset by that (section 4)."""
+        if not self.settings.boot_s:
+            return
+        self._tell("reset")
+        self._abandon()
+        self._reset()
+        self._from_host, self._to_host = Line(self.settings.baud), Line(self.settings.baud)
+        self._booted_s = self.now + self.settings.boot_s
 
     # What is to be seen of it
 
@@ -225,6 +236,10 @@ class Body(ABC, Generic[S_co]):
     def _abandon(self) -> None:
         """Stop where it is and forget everything that was to come."""
 
+    def _reset(self) -> None:
+        """Forget everything, as a robot that is switched on anew: where it is, too."""
+        self._odometer = HOME
+
     @abstractmethod
     def _is_busy(self) -> bool:
         """Whether there is something that a watchdog would have to stop."""
@@ -247,7 +262,7 @@ class Body(ABC, Generic[S_co]):
         """Do what follows from what has just happened."""
 
     def _receive(self, byte: int) -> None:
-        if self.now < self.settings.boot_s:
+        if self.now < self._booted_s:
             self._lost_bytes += 1
             return
         self._bytes_in += 1

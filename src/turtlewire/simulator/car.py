@@ -194,5 +194,9 @@ class SimulatedCar(RollingBody[CarSettings]):
         self._end.stop()
         self._follow()
 
+    def _reset(self) -> None:
+        super()._reset()
+        self._end = Robot(self.settings.extensions)
+
     def _is_busy(self) -> bool:
         return bool(self._end.drive or self._end.steer)

@@ -224,6 +224,11 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
         self._carry_out(self._end.receive_data(bytes([byte]), self.now))
         return self._end.heard > heard
 
+    def _reset(self) -> None:
+        super()._reset()
+        self._end = Robot(self.settings.dialect, self.settings.timeout_s)
+        self._report_number = 0
+
     def _is_busy(self) -> bool:
         return any(self._engines.wanted)
 
@@ -309,7 +314,7 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
         """When it reports next; times are counted, so that no rounding adds up."""
         if self.settings.telemetry_s is None or not self._reports:
             return math.inf
-        return self.settings.boot_s + (self._report_number + 1) * self.settings.telemetry_s
+        return self._booted_s + (self._report_number + 1) * self.settings.telemetry_s
 
     def _report(self) -> None:
         self._report_number += 1

@@ -170,6 +170,10 @@ class RollingBody(Body[S_co]):
         left, right = self._turned.times(self._elapsed_s)
         return abs(left + right) / 2.0, math.degrees(abs(left - right) / self.settings.track_mm)
 
+    def _reset(self) -> None:
+        super()._reset()
+        self._wheels_mm = Wheels(0.0, 0.0)
+
     def _halt(self) -> None:
         """The leg under way, if any, ends here."""
         leg = self._leg

@@ -242,6 +242,12 @@ class SimulatedWalter(Body[Settings]):
         while self._end.next_command() is not None:
             pass
 
+    def _reset(self) -> None:
+        super()._reset()
+        self._end = Robot(self.settings.mode, self.settings.groups)
+        self.speed = self.turn_speed = self.settings.speed
+        self.horn, self.lamp = "off", False
+
     def _set_pen(self, *, down: bool) -> None:
         if down != self._pen_target:
             self._pen_target = down

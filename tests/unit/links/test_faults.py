@@ -17,6 +17,7 @@ class Echo:
 
     def __init__(self) -> None:
         self.now = 0.0
+        self.opened = 0
         self.got: list[tuple[float, bytes]] = []
         self._back: list[tuple[float, bytes]] = []
 
@@ -26,6 +27,9 @@ class Echo:
 
     def discard_output(self) -> None:
         self.got.append((self.now, b"discard"))
+
+    def port_opened(self) -> None:
+        self.opened += 1
 
     def read(self, until: float) -> bytes:
         if self._back and self._back[0][0] <= until:

@@ -18,7 +18,7 @@ import pytest
 from turtlewire.errors import LinkClosedError, LinkError, PortBusyError, PortNotFoundError, UsageError
 from turtlewire.links import stream
 from turtlewire.links.port import Port
-from turtlewire.links.stream import StreamLink, open_port
+from turtlewire.links.stream import Connection, StreamLink, open_port
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Iterator
@@ -235,11 +235,12 @@ def test_a_robot_that_floods_a_host_that_does_not_read(monkeypatch: pytest.Monke
     monkeypatch.setattr(stream, "MAX_UNREAD_BYTES", 1000)
 
     async def main() -> None:
-        link = StreamLink("x")
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            link = await open_port(f"socket://127.0.0.1:{server.getsockname()[1]}", baud=9600)
         for _ in range(100):
-            link.data_received(bytes(100))
+            link._connection.data_received(bytes(100))
         assert len(await link.read(math.inf)) == 1000
-        link.data_received(b"again")
+        link._connection.data_received(b"again")
         assert await link.read(math.inf) == b"again"
 
     run(main())
@@ -315,7 +316,7 @@ def test_a_pty_that_fails_ends_the_link() -> None:
     async def main() -> None:
         for failing in ("_readable", "_writable"):
             link = await open_port("pty", baud=9600)
-            transport: Any = link._transport
+            transport: Any = link._connection.transport
             broken = os.open("/dev/null", os.O_RDONLY if failing == "_writable" else os.O_WRONLY)
             near, transport._near = transport._near, broken
             asyncio.get_running_loop().remove_reader(near)
@@ -332,7 +333,7 @@ def test_a_pty_that_fails_ends_the_link() -> None:
 def test_nothing_to_read_is_no_end() -> None:
     async def main() -> None:
         link = await open_port("pty", baud=9600)
-        transport: Any = link._transport
+        transport: Any = link._connection.transport
         transport._readable()
         transport._unsent += bytes(1 << 17)
         for _ in range(9):
@@ -356,7 +357,10 @@ def test_a_system_without_ptys_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_link_that_was_never_opened() -> None:
     async def main() -> None:
-        link = StreamLink("x")
+        async def never(_: Connection) -> None:
+            raise AssertionError
+
+        link = StreamLink("x", never)
         with pytest.raises(LinkClosedError, match="not open"):
             link.write(b"x")
         await link.close()

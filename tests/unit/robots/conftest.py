@@ -62,6 +62,9 @@ class Wire:
         self.discards += 1
         self.robot.discard_output()
 
+    def port_opened(self) -> None:
+        self.robot.port_opened()
+
     def read(self, until: float) -> bytes:
         data = self.robot.read(until)
         self.received += data

@@ -126,7 +126,7 @@ def test_whoever_waits_hears_that_the_link_ended() -> None:
         link.wake()
         with pytest.raises(LinkClosedError):
             await waiting
-        assert one.failed
+        assert one.state == "closed"
         with pytest.raises(LinkClosedError):
             one.flush()
         await one.close()
@@ -143,7 +143,7 @@ def test_a_write_that_finds_the_link_ended_is_the_end_of_the_session() -> None:
         host.emergency_stop(0.0)
         with pytest.raises(LinkClosedError):
             one.flush()
-        assert one.failed
+        assert one.state == "closed"
 
     asyncio.run(main())
 

@@ -137,6 +137,15 @@ class Host:
         self.emergency_stop(now)
         self.connected = False
 
+    def link_lost(self, now: float) -> list[FrameMessage]:  # noqa: ARG002 - as the hosts of all protocols
+        """The link ended: forget everything; nothing is sent until the next ``connect``, not even a heartbeat."""
+        self._unsent.clear()
+        self._latest.clear()
+        self._urgent = b""
+        self.connected = False
+        self._decoder.end()
+        return []
+
     # ------------------------------------------------------------------ bytes out
 
     @property

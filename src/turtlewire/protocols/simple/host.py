@@ -187,6 +187,13 @@ class Host:
         self._knowledge.begin(RobotState())
         self._resynchronise(now)
 
+    def link_lost(self, now: float) -> list[Event]:  # noqa: ARG002 - as the hosts of all protocols
+        """The link ended: forget everything. What was under way is unknown (S8), and nothing is sent again."""
+        self._give_back()
+        self._die("the link ended")
+        self._urgent = b""
+        return self._take_events()
+
     # ------------------------------------------------------------------ what is under way
 
     @property

@@ -87,7 +87,16 @@ class Silent(NamedTuple):
     """The robot answers no query any more."""
 
 
-Event = Done | Answer | Limit | FenceLost | Silent
+class LinkLost(NamedTuple):
+    """The link ended. ``unfinished`` are the tags of all commands not known to be carried out, in order.
+
+    Those that had been sent are ``abandoned``, too: they may have been carried out (W15). None is sent again.
+    """
+
+    unfinished: tuple[object, ...]
+
+
+Event = Done | Answer | Limit | FenceLost | Silent | LinkLost
 
 
 class _Flight(NamedTuple):
@@ -182,6 +191,15 @@ class Host:
         self._forget(now)
         self._urgent = EMERGENCY_STOP
         self.mode = Mode.DIRECT
+
+    def link_lost(self, now: float) -> list[Event]:
+        """The link ended: forget everything. Nothing is sent before the next attention, not even a heartbeat."""
+        unfinished = (*self.unconfirmed, *(tag for _, _, tag in self._queue))
+        self._forget(now)
+        self._decoder.reset()
+        self._urgent = b""
+        self.mode = None
+        return [LinkLost(unfinished)]
 
     def _forget(self, now: float) -> None:
         if self._flights:

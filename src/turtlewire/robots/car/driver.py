@@ -97,11 +97,26 @@ class AsyncCar(AsyncTimedRobot[Event]):
         try:
             self._host.connect(self.link.now())
             await self._get_ready()
-            if self._settings.pen_light:
-                await self._move_pen(down=True)
+            await self._restore()
         except BaseException:
             await self.let_go(self._last_bytes_s)
             raise
+        self._reconnect(self._settings.reconnect_s)
+
+    async def get_in_step(self) -> None:
+        """The port is open again: stop the car (section 4), and get in step with it (S7)."""
+        host, now = self._host, self.link.now()
+        host.connect(now)
+        host.emergency_stop(now)
+        await self._session.until(lambda: host.in_step or host.dead)
+        if host.dead:
+            raise NoReplyError(f"the car at {self.link.url} does not answer")
+        self._forget()
+        self._found()
+
+    async def _restore(self) -> None:
+        if self._settings.pen_light:
+            await self._move_pen(down=self.account.pen_down)
 
     # ------------------------------------------------------------------ the car's own commands
 
@@ -191,6 +206,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
             resynchronisations=self._host.resynchronisations,
             malformed_replies=self._host.malformed,
             unexpected_replies=self._host.unexpected,
+            reconnections=self._session.reconnections,
             seconds=self.link.now() - self.started,
         )
 
@@ -345,7 +361,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
                 f"{event.command} got lost on its way to the car at {self.link.url} again and again, and was given up; "
                 f"the car: {event.state}"
             )
-        elif isinstance(event, LinkDead):
+        elif isinstance(event, LinkDead) and self._lost is None:
             self._fail(
                 f"the car at {self.link.url} cannot be talked to: {event.reason}. Whether it drives is not known. "
                 f"Is it switched on, and is the baud rate {self._settings.baud} right?"

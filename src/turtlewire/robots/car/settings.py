@@ -27,6 +27,7 @@ class Settings(NamedTuple):
         retries: how often a set-point that got lost is sent again (S8).
         boot_s: how long the car may take to boot after its port was opened, seconds (section 4).
         heartbeat_s: repeat a set-point so often, for a car with a watchdog, seconds; None: never (section 4).
+        reconnect_s: when the link is lost, try for so long to open it again, seconds; 0: never.
     """
 
     baud: int = BAUD
@@ -41,6 +42,7 @@ class Settings(NamedTuple):
     retries: int = 3
     boot_s: float = 2.5
     heartbeat_s: float | None = None
+    reconnect_s: float = 30.0
 
     def checked(self) -> Settings:
         """Return self. Raises ``UsageError`` for a value that cannot drive a car."""
@@ -52,7 +54,9 @@ class Settings(NamedTuple):
         _require("turn", self.turn, self.turn in ("spot", "arc"), "spot or arc")
         _require("window", self.window, 1 <= self.window <= MAX_WINDOW, f"from 1 to {MAX_WINDOW}")
         _require("retries", self.retries, 0 <= self.retries <= 1000, "from 0 to 1000")
-        _require("boot_s", self.boot_s, 0.0 <= self.boot_s < math.inf, "0 or more seconds")
+        for name in ("boot_s", "reconnect_s"):
+            value = getattr(self, name)
+            _require(name, value, 0.0 <= value < math.inf, "0 or more seconds")
         return self
 
 
@@ -66,6 +70,7 @@ class Statistics(NamedTuple):
 
     ``resynchronisations`` counts how often host and car were brought in step (S7), the first time included;
     ``malformed_replies`` bytes that are no reply, ``unexpected_replies`` replies to nothing that was sent.
+    ``reconnections`` counts how often it was reached again after its link was lost.
     ``distance_mm`` is by reckoning, there and back counted. ``seconds`` is the time since the connection was made, by
     the link's clock: a simulated car's own.
     """
@@ -76,6 +81,7 @@ class Statistics(NamedTuple):
     resynchronisations: int
     malformed_replies: int
     unexpected_replies: int
+    reconnections: int
     seconds: float
 
 

@@ -7,7 +7,7 @@ import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING
 
-from turtlewire.errors import MessageError, NotSupportedError
+from turtlewire.errors import LinkLostError, MessageError, NotSupportedError
 from turtlewire.robots.timed.motions import EventT, TimedMotions
 from turtlewire.robots.timed.reckoning import LEAST_MOVE_MM
 from turtlewire.turtle import HOME, TONES, Pose, arc_polygon, arc_tangent, wrapped
@@ -78,7 +78,7 @@ class AsyncTimedRobot(TimedMotions[EventT]):
     async def close(self, *, finish: bool = True) -> None:
         """Stop the robot and let go of it: after the motion is done, or with ``finish=False`` at once."""
         try:
-            if finish and not self.closed and not self._is_driven:
+            if finish and not self.is_over and not self._is_driven:
                 await self.finish()
         finally:
             await self.let_go(self._last_bytes_s)
@@ -324,9 +324,11 @@ class AsyncTimedRobot(TimedMotions[EventT]):
     async def stop(self) -> None:
         """Stop at once, ahead of everything, and forget every motion not yet done.
 
-        Afterwards the turtle is where the robot stopped; the next command moves on from there.
+        Afterwards the turtle is where the robot stopped; the next command moves on from there. A robot that cannot be
+        reached now is stopped when it is.
         """
-        self.abandon()
+        with contextlib.suppress(LinkLostError):
+            self.abandon()
 
     async def set_step_by_step(self, on: bool) -> None:
         """Whether turns are made at once, too: each motion ends before its method returns."""

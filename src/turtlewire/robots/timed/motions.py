@@ -7,9 +7,10 @@ import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from turtlewire.errors import LinkClosedError, LinkError, StoppedError
+from turtlewire.errors import LinkClosedError, LinkError, LinkLostError, StoppedError
+from turtlewire.robots.reconnecting import Reconnecting
 from turtlewire.robots.session import Session
-from turtlewire.robots.timed.reckoning import Motion, Reckoning
+from turtlewire.robots.timed.reckoning import STILL, Motion, Reckoning
 from turtlewire.robots.timed.timed_host import SetPointHost, TimedHost
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
     from turtlewire.errors import TurtlewireError
     from turtlewire.links.link import Link
+    from turtlewire.robots.reconnecting import LinkState
+    from turtlewire.turtle import Pose
 
 EventT = TypeVar("EventT")
 BITS_PER_BYTE = 10  # 8N1
@@ -60,6 +63,8 @@ class TimedMotions(ABC, Generic[EventT]):
         self._ended_at: float | None = None  # when the motion that is held should have ended
         self._is_driven = False
         self._closed = False
+        # Where the robot was when the link was lost, how it moved, and since when; until it is reached again.
+        self._lost: tuple[Pose, Motion, float] | None = None
 
     # ------------------------------------------------------------------ what each robot does its own way
 
@@ -73,6 +78,74 @@ class TimedMotions(ABC, Generic[EventT]):
 
     async def _get_ready(self) -> None:
         """Before every command: see to it that the robot takes commands."""
+
+    @abstractmethod
+    async def get_in_step(self) -> None:
+        """The port is open again: stop the robot, wait until it has booted, be in step with it.
+
+        Raises ``NoReplyError`` if it cannot be talked to.
+        """
+
+    @abstractmethod
+    async def _restore(self) -> None:
+        """Before motion goes on after that: what a robot that was reset may have forgotten, such as its pen."""
+
+    # ------------------------------------------------------------------ a link that is lost
+
+    def _reconnect(self, reconnect_s: float) -> None:
+        """From now on, open the link again when it is lost; 0 seconds: never."""
+        if reconnect_s:
+            self._session.reconnect_by(Reconnecting(self._session, self, reconnect_s, self._notify))
+
+    def link_lost(self) -> str:
+        """Where the robot may be now. It goes on as it did, until it is reached again or its watchdog acts."""
+        account, now = self.account, self.link.now()
+        motion = account.motion_under_way
+        account.end(now)
+        account.settle()
+        self._is_driven = False
+        self.trouble = None
+        if self._lost is None:
+            self._lost = (account.robot, motion, now)
+        x_mm, y_mm, heading_deg = self._lost[0]
+        does = "was driving" if self._lost[1] != STILL else "stood"
+        return f"{does}, at x {x_mm:.0f} mm, y {y_mm:.0f} mm, heading {heading_deg:.0f} degrees by reckoning"
+
+    def _found(self) -> None:
+        """It was reached again, and stopped: somewhere between where it was then and where that would have led."""
+        assert self._lost is not None
+        self.trouble = None
+        first, motion, since = self._lost
+        last = motion.after(first, self.link.now() - since)
+        middle = first._replace(x_mm=(first.x_mm + last.x_mm) / 2.0, y_mm=(first.y_mm + last.y_mm) / 2.0)
+        if motion != STILL:
+            self.account.place(middle._replace(heading_deg=last.heading_deg))
+        self.account.settle()
+        self._lost = None
+
+    @property
+    def link_state(self) -> LinkState:
+        """How the link is: connected, or, after it was lost, reconnecting, stopped (until ``resume``) or closed."""
+        return self._session.state
+
+    async def reconnected(self, timeout_s: float | None = None) -> None:
+        """Wait until a robot whose link was lost is reached again, and stopped; not at all if it was not lost.
+
+        Raises ``LinkLostError`` after a timeout, in seconds, ``LinkClosedError`` when it was given up or closed.
+        """
+        await self._session.reached(timeout_s)
+
+    async def resume(self) -> None:
+        """Let motion go on after the link was lost and the robot was reached again; nothing to do otherwise.
+
+        The turtle is where the robot is by reckoning, which is not certain. No set-point of before is sent again (S8).
+        Raises ``LinkLostError`` while the robot is not reached yet.
+        """
+        if not self._closed and self._session.state == "stopped":
+            await self._get_ready()
+            await self._restore()
+            self._session.resumed()
+        self._check()
 
     # ------------------------------------------------------------------ stopping
 
@@ -95,9 +168,9 @@ class TimedMotions(ABC, Generic[EventT]):
         self._machine.emergency_stop(now)
 
     @property
-    def closed(self) -> bool:
-        """Whether the connection is over: closed, or the link has ended."""
-        return self._closed or self._session.failed
+    def is_over(self) -> bool:
+        """Whether there is nothing left to wait for: it is closed, or the link was lost, and people have been told."""
+        return self._closed or self._session.is_over
 
     async def let_go(self, last_bytes_s: float) -> None:
         """Stop the robot, if it can be reached, let the last bytes go out, and close the link."""
@@ -105,10 +178,17 @@ class TimedMotions(ABC, Generic[EventT]):
             return
         self._closed = True
         try:
+            if self._session.state == "reconnecting":
+                await self._session.last_try(self._emergency_stop, last_bytes_s)
+                return
             with contextlib.suppress(LinkError):
                 await self._part(last_bytes_s)
         finally:
             await self._session.close()
+
+    def _emergency_stop(self, now: float) -> bytes:
+        self._machine.emergency_stop(now)
+        return self._machine.urgent_to_send()
 
     async def _part(self, last_bytes_s: float) -> None:
         self.abandon()
@@ -118,10 +198,14 @@ class TimedMotions(ABC, Generic[EventT]):
 
     async def _ready(self) -> None:
         """Before every command. Raises what an event has told meanwhile, and what ``_get_ready`` raises."""
-        if self._closed:
-            raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
+        self._check()
         self._raise_trouble()
         await self._get_ready()
+
+    def _check(self) -> None:
+        if self._closed:
+            raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
+        self._session.check()
 
     def _raise_trouble(self) -> None:
         trouble, self.trouble = self.trouble, None
@@ -179,7 +263,7 @@ class TimedMotions(ABC, Generic[EventT]):
             await self._until(lambda: self._ended_at is not None and self._machine.idle)
             self.account.end(self._timed.arrived_at + self._overrun_s)
             await self._pause(self._settle_s)
-        except StoppedError:
+        except (StoppedError, LinkLostError):
             raise  # by somebody who has seen to it, and may be driving by hand already
         except BaseException:
             with contextlib.suppress(LinkError):

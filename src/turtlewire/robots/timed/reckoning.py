@@ -72,6 +72,11 @@ class Reckoning:
     # ------------------------------------------------------------------ the robot
 
     @property
+    def motion_under_way(self) -> Motion:
+        """How the robot moves, as far as it was told."""
+        return self._motion
+
+    @property
     def is_moving(self) -> bool:
         """Whether the robot moves, as far as it was told."""
         return self._motion != STILL

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
+    from turtlewire.robots.reconnecting import LinkState
     from turtlewire.robots.runner import Runner
     from turtlewire.trace import Obstacle, Trace
 
@@ -58,6 +59,19 @@ class TimedRobot(Turtle, Drive, Generic[RobotT]):
     def pose(self) -> Pose:
         """Where the exact turtle is; while the robot is driven by hand, where that is by reckoning."""
         return self._robot.pose
+
+    @property
+    def link_state(self) -> LinkState:
+        """How the link is: connected, or, after it was lost, reconnecting, stopped (until ``resume``) or closed."""
+        return self._robot.link_state
+
+    def reconnected(self, timeout_s: float | None = None) -> None:
+        """Wait until a robot whose link was lost is reached again, and stopped; not at all if it was not lost."""
+        self._runner.run(self._robot.reconnected(timeout_s))
+
+    def resume(self) -> None:
+        """Let motion go on after the link was lost and the robot was reached again."""
+        self._runner.run(self._robot.resume())
 
     @property
     def reckoned_pose(self) -> Pose:

@@ -95,3 +95,9 @@ class TimedHost(Generic[EventT]):
             self.clear_alarm()
             self._act(now)
         return self._host.timed_out(now)
+
+    def link_lost(self, now: float) -> Sequence[EventT]:
+        """The link ended: nothing is to be ended on time any more."""
+        self.clear_alarm()
+        self._urgent_size = 0
+        return self._host.link_lost(now)

@@ -100,19 +100,42 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
     async def connect(self) -> None:
         """Stop the robot, whatever it was in the middle of (F13), and lower its pen; its place is home."""
         self._session.start()
-        host, booted_at = self._host, self.link.now() + self._settings.boot_s
         try:
-            host.connect(self.link.now())
-            while not host.statistics.frames and self.link.now() < booted_at:
-                again_at = min(booted_at, self.link.now() + BOOT_STOP_S)
-                await self._until(lambda: host.statistics.frames > 0, again_at)
-                host.emergency_stop(self.link.now())
-            self._session.flush()
-            await self._pause(self._last_bytes_s)
-            await self._move_pen(down=True)
+            await self._stop_while_booting()
+            await self._restore()
         except BaseException:
             await self.let_go(self._last_bytes_s)
             raise
+        self._reconnect(self._settings.reconnect_s)
+
+    async def _stop_while_booting(self) -> None:
+        """The port was just opened: F13, again and again until the robot is heard, or must have booted."""
+        session, host, stop_s = self._session, self._host, self._last_bytes_s
+        before, booted_at = host.statistics.frames, self.link.now() + self._settings.boot_s
+        host.connect(self.link.now())
+        while host.statistics.frames == before and self.link.now() < booted_at:
+            again_at = min(booted_at, self.link.now() + BOOT_STOP_S)
+            await session.until(lambda: host.statistics.frames > before, again_at)
+            host.emergency_stop(self.link.now())
+        session.flush()
+        await session.until(lambda: False, self.link.now() + stop_s)
+
+    def link_lost(self) -> str:
+        """Where the robot may be now."""
+        self._told_wheels = Told()
+        return super().link_lost()
+
+    async def get_in_step(self) -> None:
+        """The port is open again: stop the robot, whatever it was in the middle of (F13)."""
+        # It may have been reset: its ticks say nothing of what was before.
+        self._odometer.forget()
+        await self._stop_while_booting()
+        self._found()
+        self._compared = (self.account.robot, self.account.rolled_mm, self.account.rotated_deg)
+        self._motions = 0
+
+    async def _restore(self) -> None:
+        await self._move_pen(down=self.account.pen_down)
 
     # ------------------------------------------------------------------ the robot's own commands
 
@@ -347,6 +370,7 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             + seen.inconsistent,
             frames_lost=seen.lost,
             corrections=self._odometer.corrections,
+            reconnections=self._session.reconnections,
             seconds=self.link.now() - self.started,
         )
 

@@ -47,6 +47,12 @@ class Odometer:
         self._last = new
         self.heard_at = now
 
+    def forget(self) -> None:
+        """Begin anew: the ticks of a robot that was reset go on from 0."""
+        self.heard_at = None
+        self._ticks = (0, 0)
+        self._total = Travel()
+
     def travelled(self, left_mm: float, right_mm: float) -> Travel:
         """The wheels have turned so far by reckoning since this was last asked; how far by their ticks, too."""
         wanted = Travel(self._total.left_mm + left_mm, self._total.right_mm + right_mm)

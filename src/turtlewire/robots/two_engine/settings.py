@@ -25,6 +25,7 @@ class Settings(NamedTuple):
         repeat_s: send the latest set-points again at this interval (F6), seconds, for one may get lost; None: never.
         heartbeat_s: send an empty frame whenever nothing was sent for so long (F7), seconds; None: never.
         odometry_s: how long to wait after a motion for the odometry of a dialect that has it, seconds.
+        reconnect_s: when the link is lost, try for so long to open it again, seconds; 0: never.
     """
 
     dialect: Dialect | None = None
@@ -37,6 +38,7 @@ class Settings(NamedTuple):
     repeat_s: float | None = 0.2
     heartbeat_s: float | None = None
     odometry_s: float = 0.3
+    reconnect_s: float = 30.0
 
     def checked(self) -> Settings:
         """Return self, with dialect and baud rate filled in. Raises ``UsageError`` for what cannot drive a robot."""
@@ -47,7 +49,9 @@ class Settings(NamedTuple):
         baud = self.baud or dialect.baud
         _require("baud", baud, 50 <= baud <= 4_000_000, "from 50 to 4000000")
         _require("speed", self.speed, 1 <= self.speed <= 255, "from 1 to 255")
-        _require("boot_s", self.boot_s, 0.0 <= self.boot_s < math.inf, "0 or more seconds")
+        for name in ("boot_s", "reconnect_s"):
+            value = getattr(self, name)
+            _require(name, value, 0.0 <= value < math.inf, "0 or more seconds")
         _require("halts", self.halts, 1 <= self.halts <= 100, "from 1 to 100")
         return self._replace(dialect=dialect, baud=baud)
 
@@ -61,7 +65,8 @@ class Statistics(NamedTuple):
     """Figures of one connection.
 
     ``frames_received``, ``frames_ignored`` and ``frames_lost`` are about what came from the robot; ``corrections``
-    counts how often its odometry put the reckoning right. ``distance_mm`` is by reckoning, there and back counted.
+    counts how often its odometry put the reckoning right, ``reconnections`` how often it was reached again after its
+    link was lost. ``distance_mm`` is by reckoning, there and back counted.
     ``seconds`` is the time since the connection was made, by the link's clock: a simulated robot's own.
     """
 
@@ -72,6 +77,7 @@ class Statistics(NamedTuple):
     frames_ignored: int
     frames_lost: int
     corrections: int
+    reconnections: int
     seconds: float
 
 

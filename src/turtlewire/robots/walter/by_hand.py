@@ -14,7 +14,7 @@ import math
 from typing import TYPE_CHECKING
 
 from turtlewire.drive import checked
-from turtlewire.errors import LinkClosedError, MessageError, UsageError
+from turtlewire.errors import MessageError, UsageError
 from turtlewire.protocols.walter.codec import Mode
 from turtlewire.protocols.walter.messages import (
     DirectKey,
@@ -148,8 +148,7 @@ class ByHand:
     async def _send(self, choose: Callable[[], tuple[DirectKey, ...]]) -> None:
         """Press what is chosen when its time has come, unless something newer has come by then."""
         wire, host = self._wire, self._wire.host
-        if wire.closed:
-            raise LinkClosedError(f"the link to {wire.link.url} is closed: connect again")
+        wire.check()
         await wire.raise_event()
         self._newest += 1
         number = self._newest

@@ -14,6 +14,7 @@ from turtlewire.errors import (
     LimitReachedError,
     LinkClosedError,
     LinkError,
+    LinkLostError,
     NoReplyError,
     PoseUncertainError,
     StoppedError,
@@ -39,6 +40,7 @@ from turtlewire.protocols.walter.messages import (
 )
 from turtlewire.robots.exact_pose import Step, Turn, wire_parts, with_rest
 from turtlewire.robots.frame import Frame
+from turtlewire.robots.reconnecting import Reconnecting
 from turtlewire.robots.session import Session
 from turtlewire.robots.timed.timed_host import TimedHost
 from turtlewire.robots.walter.questions import Question, reported
@@ -53,6 +55,8 @@ if TYPE_CHECKING:
     from turtlewire.robots.walter.settings import Settings
 
 PEN_S = 0.2
+# So often a robot that may be booting, and never answers, is told to stop.
+BOOT_ATTENTION_S = 0.5
 # A robot that is elsewhere each time it is asked is not under control.
 MAX_ROUNDS = 10
 # One lost answer does not make a robot silent.
@@ -60,6 +64,11 @@ LEAST_ATTEMPTS = 3
 # The command for a positive amount, and its opposite for a negative one (W12).
 TURNS = (Right, Left)
 MOVES = (Forward, Back)
+
+
+def text_of(pose: Pose) -> str:
+    """A pose, for people."""
+    return f"x {pose.x_mm:.0f} mm, y {pose.y_mm:.0f} mm, heading {pose.heading_deg:.0f} degrees"
 
 
 class _DisturbedError(Exception):
@@ -134,14 +143,20 @@ class Connection:
         """
         self.session.start()
         try:
-            await self._attend(self.settings.boot_s)
+            await self._attend(self.settings.boot_s, boots=True)
         except BaseException:
             await self.close()
             raise
         self._connected = True
+        if self.settings.reconnect_s:
+            self.session.reconnect_by(
+                Reconnecting(self.session, self, self.settings.reconnect_s, self.notify)
+            )
 
-    async def _attend(self, patience_s: float) -> None:
+    async def _attend(self, patience_s: float, *, boots: bool = False, moves: bool = True) -> None:
         """W7: get the robot's attention, and its pose; speed and pen are as they should be afterwards.
+
+        ``boots``: its port was just opened, which may have reset it. ``moves``: its pen may be moved, too.
 
         A limit sensor that is held tells of it again and again, stopped robot or not, and a robot may fall silent in
         the middle of it: then all is done again, so often and no more.
@@ -150,8 +165,10 @@ class Connection:
         try:
             for _ in range(MAX_ROUNDS):
                 with contextlib.suppress(_DisturbedError):
-                    await self._get_attention(patience_s)
-                    await self._set_up()
+                    await self._get_attention(patience_s, boots=boots)
+                    await self._locate(boots=boots)
+                    if moves:
+                        await self._set_up()
                     return
             raise NoReplyError(
                 f"the robot at {self.link.url} cannot be talked to: a limit trips, or it falls silent, each time"
@@ -163,8 +180,11 @@ class Connection:
         finally:
             self._attending = False
 
-    async def _get_attention(self, patience_s: float) -> None:
-        """W7, again and again until the robot answers or is given up: stopped, nothing queued, Logo control."""
+    async def _get_attention(self, patience_s: float, *, boots: bool) -> None:
+        """W7, again and again until the robot answers or is given up: stopped, nothing queued, Logo control.
+
+        One that answers nothing may hear nothing either until it has booted: it is told as long as it may take.
+        """
         host, asks = self.host, "Q" in self.groups
         host.answers = True
         deadline = self.link.now() + patience_s
@@ -174,7 +194,10 @@ class Connection:
             malformed, question = host.malformed, Question()
             host.attention(self.link.now())
             if not asks:
-                break
+                if not boots or self.link.now() >= deadline:
+                    break
+                await self._is_answered(question, min(deadline, self.link.now() + BOOT_ATTENTION_S))
+                continue
             host.submit(QueryHeading(), tag=question)
             timeout = self.settings.reply_timeout_s + 300.0 / self.settings.baud
             if await self._is_answered(question, self.link.now() + timeout):
@@ -184,14 +207,18 @@ class Connection:
                 break
         host.answers = "Q" in self.groups
 
-    async def _set_up(self) -> None:
-        """After an attention: where the robot is, and its speed and pen as they should be."""
+    async def _locate(self, *, boots: bool) -> None:
+        """After an attention: where the robot is."""
         host = self.host
-        pose = await self._bearings()
+        pose = await self._bearings(boots=boots)
         self.hand = None
         self.where.cut_off(host.abandoned, pose)
         self.where.place(pose)
         host.interrupted, host.abandoned = None, ()
+
+    async def _set_up(self) -> None:
+        """Its speed and pen as they should be."""
+        host = self.host
         host.submit(SetSpeed(self.speed))
         self.submit(PenDown() if self.pen_down else PenUp(), PEN_S)
         await self.until(lambda: host.unsent == 0)
@@ -222,12 +249,20 @@ class Connection:
         self.groups = self.groups - {"Q"} if settings.groups is not None else frozenset()
         self.host.attention(self.link.now())
 
-    async def _bearings(self) -> Pose:
+    async def _bearings(self, *, boots: bool) -> Pose:
         """After an attention: where is the robot, in the turtle's coordinates?"""
         if self.host.answers:
             reported = await self._ask_pose()
             if not self._connected:
                 self.where.frame = Frame(reported)
+            elif boots and reported == HOME and not self._may_be_at(self.where.frame.from_robot(HOME)):
+                pose = self.where.last_known if self.hand is None else self.whereabouts()
+                self.where.frame = Frame.anew(pose)
+                self.notify(
+                    f"the robot at {self.link.url} was reset, and no longer knows where it is: it is taken to be "
+                    f"where it was last known to be, {text_of(pose)}"
+                )
+                return pose
             return self.where.frame.from_robot(reported)
         if not self._connected:
             return HOME
@@ -236,6 +271,10 @@ class Connection:
             f"the robot was stopped near x {pose.x_mm:.0f} mm, y {pose.y_mm:.0f} mm, by reckoning only"
         )
         return pose
+
+    def _may_be_at(self, pose: Pose) -> bool:
+        """Whether a robot that was not reset may be there."""
+        return self.hand is not None or self.where.may_be_at(self.host.abandoned, pose)
 
     def whereabouts(self) -> Pose:
         """Where the robot is, or was cut off, as far as that is known without asking."""
@@ -246,14 +285,52 @@ class Connection:
         return self.where.position.exact
 
     @property
-    def closed(self) -> bool:
-        """Whether the connection is over: closed, or the link has ended."""
-        return self._closed or self.session.failed
+    def is_over(self) -> bool:
+        """Whether there is nothing left to wait for: it is closed, or the link was lost, and people have been told."""
+        return self._closed or self.session.is_over
+
+    def check(self) -> None:
+        """Before everything that is wanted of the robot. Raises ``LinkError`` when it cannot be had."""
+        if self._closed:
+            raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
+        self.session.check()
+
+    # ------------------------------------------------------------------ a link that is lost (W15)
+
+    def link_lost(self) -> str:
+        """Where the robot may be now."""
+        self._limit, self._silent, self._verified = None, False, -1
+        target = self.where.position.robot
+        if self.hand is not None:
+            return f"was driven by hand, at {text_of(self.whereabouts())} by reckoning"
+        pose = self.where.last_known
+        way = "" if pose == target else f", on its way to {text_of(target)}"
+        return f"was last known to be at {text_of(pose)}{way}"
+
+    async def get_in_step(self) -> None:
+        """The port is open again: W7, until the robot has booted and answers. It stands, and its pose is known."""
+        while True:
+            with contextlib.suppress(StoppedError):
+                await self._attend(self.settings.boot_s, boots=True, moves=False)
+                return
+
+    async def resume(self) -> None:
+        """After the link was lost, and the robot reached again: motion may go on, from where the robot is."""
+        if not self._closed and self.session.state == "stopped":
+            await self._attend(self.settings.reply_timeout_s)
+            self.session.resumed()
+        self.check()
+
+    # ------------------------------------------------------------------ stopping
 
     def stop(self) -> None:
-        """W8: stop at once, ahead of everything, and forget every motion not yet done."""
+        """W8: stop at once, ahead of everything, and forget every motion not yet done.
+
+        A robot that cannot be reached now is stopped when it is.
+        """
         self.halt()
-        self.session.flush()
+        with contextlib.suppress(LinkLostError):
+            self.session.flush()
 
     def halt(self) -> None:
         """``stop``, as soon as something is sent: keys of direct control may go out with it."""
@@ -273,6 +350,9 @@ class Connection:
             return
         self._closed = True
         try:
+            if self.session.state == "reconnecting":
+                await self.session.last_try(self._emergency_stop, 150.0 / self.settings.baud)
+                return
             with contextlib.suppress(LinkError):
                 self.stop()
                 if self._connected and self.host.answers and self.host.abandoned:
@@ -282,6 +362,10 @@ class Connection:
                 await self.session.until(lambda: False, self.link.now() + 150.0 / self.settings.baud)
         finally:
             await self.session.close()
+
+    def _emergency_stop(self, now: float) -> bytes:
+        self.host.emergency_stop(now)
+        return self.host.urgent_to_send()
 
     async def _ask_how_far(self) -> None:
         """The robot was cut off and stands: how far did it get? For the trace alone, so it may fail."""
@@ -299,8 +383,7 @@ class Connection:
 
     async def ready(self) -> None:
         """Before every operation: see to it that the robot is in Logo control, and where the host thinks it is."""
-        if self._closed:
-            raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
+        self.check()
         await self.raise_event()
         if self.host.mode is not Mode.LOGO:
             await self._attend(self.settings.reply_timeout_s)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.reconnecting import LinkState
     from turtlewire.trace import Obstacle, Paper, Trace
 
 # What one command may ask for: a kilometre, or a million degrees or seconds. A robot is not meant to go on for days
@@ -81,7 +82,7 @@ class AsyncWalter:
     async def close(self, *, finish: bool = True) -> None:
         """Stop the robot and let go of it: after the motion is done, or with ``finish=False`` at once."""
         try:
-            if finish and not self._wire.closed:
+            if finish and not self._wire.is_over:
                 await self.finish()
         finally:
             await self._wire.close()
@@ -98,6 +99,26 @@ class AsyncWalter:
     def is_pen_down(self) -> bool:
         """Whether the pen is down."""
         return self._wire.pen_down
+
+    @property
+    def link_state(self) -> LinkState:
+        """How the link is: connected, or, after it was lost, reconnecting, stopped (until ``resume``) or closed."""
+        return self._wire.session.state
+
+    async def reconnected(self, timeout_s: float | None = None) -> None:
+        """Wait until a robot whose link was lost is reached again, and stopped; not at all if it was not lost.
+
+        Raises ``LinkLostError`` after a timeout, in seconds, ``LinkClosedError`` when it was given up or closed.
+        """
+        await self._wire.session.reached(timeout_s)
+
+    async def resume(self) -> None:
+        """Let motion go on after the link was lost and the robot was reached again; nothing to do otherwise.
+
+        The turtle is where the robot says that it is, or by reckoning; a robot that was reset cannot tell. Nothing that
+        was under way is sent again (W15). Raises ``LinkLostError`` while the robot is not reached yet.
+        """
+        await self._wire.resume()
 
     @property
     def groups(self) -> frozenset[str]:
@@ -131,6 +152,7 @@ class AsyncWalter:
             corrections=wire.where.corrections,
             malformed_replies=host.malformed,
             unexpected_replies=host.unexpected,
+            reconnections=wire.session.reconnections,
             seconds=wire.link.now() - wire.started,
         )
 

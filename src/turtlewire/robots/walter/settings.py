@@ -33,6 +33,7 @@ class Settings(NamedTuple):
         require_replies: raise ``NoReplyError`` for a robot that answers nothing, rather than run it as a basic one.
         max_unfenced: bytes, at least 16 (W9).
         heartbeat_s: feed a watchdog so often, seconds; None: never (section 4).
+        reconnect_s: when the link is lost, try for so long to open it again, seconds; 0: never.
     """
 
     baud: int = BAUD
@@ -46,6 +47,7 @@ class Settings(NamedTuple):
     require_replies: bool = False
     max_unfenced: int = MAX_UNFENCED_BYTES
     heartbeat_s: float | None = None
+    reconnect_s: float = 30.0
 
     def checked(self) -> Settings:
         """Return self. Raises ``UsageError`` for a value that cannot drive a robot."""
@@ -55,7 +57,9 @@ class Settings(NamedTuple):
             _require(name, value, value is None or 0.0 < value < math.inf, "a number above 0")
         _require("baud", self.baud, 50 <= self.baud <= 4_000_000, "from 50 to 4000000")
         _require("speed", self.speed, 1 <= self.speed <= 255, "from 1 to 255")
-        _require("boot_s", self.boot_s, 0.0 <= self.boot_s < math.inf, "0 or more seconds")
+        for name in ("boot_s", "reconnect_s"):
+            value = getattr(self, name)
+            _require(name, value, 0.0 <= value < math.inf, "0 or more seconds")
         _require(
             "max_unfenced",
             self.max_unfenced,
@@ -76,6 +80,7 @@ class Statistics(NamedTuple):
     """Figures of one connection.
 
     ``corrections`` counts how often the robot was not where it should be, or answers were lost, and it was asked (W15).
+    ``reconnections`` counts how often it was reached again after its link was lost.
     ``seconds`` is the time since the connection was made, by the link's clock: a simulated robot's own.
     """
 
@@ -88,6 +93,7 @@ class Statistics(NamedTuple):
     corrections: int
     malformed_replies: int
     unexpected_replies: int
+    reconnections: int
     seconds: float
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from turtlewire.protocols.walter.messages import DirectKey, LogoCommand, RobotMessage
+    from turtlewire.robots.reconnecting import LinkState
     from turtlewire.robots.runner import Runner
     from turtlewire.robots.walter.driver import AsyncWalter
     from turtlewire.robots.walter.settings import Statistics
@@ -63,6 +64,19 @@ class Walter(Turtle, Drive):
     def is_pen_down(self) -> bool:
         """Whether the pen is down."""
         return self._robot.is_pen_down
+
+    @property
+    def link_state(self) -> LinkState:
+        """How the link is: connected, or, after it was lost, reconnecting, stopped (until ``resume``) or closed."""
+        return self._robot.link_state
+
+    def reconnected(self, timeout_s: float | None = None) -> None:
+        """Wait until a robot whose link was lost is reached again, and stopped; not at all if it was not lost."""
+        self._runner.run(self._robot.reconnected(timeout_s))
+
+    def resume(self) -> None:
+        """Let motion go on after the link was lost and the robot was reached again."""
+        self._runner.run(self._robot.resume())
 
     @property
     def groups(self) -> frozenset[str]:

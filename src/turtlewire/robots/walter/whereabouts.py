@@ -111,6 +111,14 @@ class Whereabouts:
         self._uncertain = None
         self.in_doubt = False
 
+    @property
+    def last_known(self) -> Pose:
+        """Where the robot was last known to be."""
+        pose = self.confirmed.pose
+        return (
+            pose._replace(heading_deg=self.trace.pose.heading_deg) if math.isnan(pose.heading_deg) else pose
+        )
+
     def reckoned(self, interrupted: tuple[object, float] | None) -> Pose:
         """Where a robot that answers nothing was when it was cut off, its last command and the part done of it."""
         before = self.confirmed.pose
@@ -134,6 +142,13 @@ class Whereabouts:
                 self.done(Target(pose, target.pen_down))
                 return
             before = target.pose
+
+    def may_be_at(self, tags: tuple[object, ...], pose: Pose) -> bool:
+        """Whether the robot may be there, or may have been stopped there on its way through these."""
+        before = self.confirmed.pose
+        targets = [before, *(tag.pose for tag in tags if isinstance(tag, Target))]
+        ways = zip([before, *targets], targets, strict=False)
+        return any(_is_on_way(start, end, pose) for start, end in ways)
 
     def place(self, pose: Pose) -> None:
         """The robot is here, and so is the turtle; what is finer than the robot can tell is kept."""

@@ -12,6 +12,7 @@ from tests.unit.robots.car.wires import Damage, mute, pass_time
 from turtlewire.drive import Drive
 from turtlewire.errors import (
     LinkClosedError,
+    LinkLostError,
     MessageError,
     NoReplyError,
     NotSupportedError,
@@ -365,7 +366,7 @@ def test_a_link_that_ends_while_the_car_drives(bench: MakeBench) -> None:
             await car.connect()
             await car.forward(1000)
 
-    with pytest.raises(LinkClosedError):
+    with pytest.raises(LinkLostError):
         asyncio.run(drive())
 
 
@@ -402,7 +403,7 @@ def test_a_car_that_is_lost_is_stopped() -> None:
     del car
     gc.collect()
     assert robot.drive == 0
-    assert driver.closed
+    assert driver.is_over
 
 
 def test_statistics_tell_what_happened(bench: MakeBench) -> None:

@@ -23,6 +23,8 @@ class End(Protocol):
 
     def read(self, until: float) -> bytes: ...
 
+    def port_opened(self) -> None: ...
+
 
 class Wire:
     """What lies between host and robot.
@@ -63,6 +65,9 @@ class Wire:
     def discard_output(self) -> None:
         self.discards += 1
         self.robot.discard_output()
+
+    def port_opened(self) -> None:
+        self.robot.port_opened()
 
     def read(self, until: float) -> bytes:
         at, act = self._at

@@ -17,6 +17,7 @@ from turtlewire.drive import Drive
 from turtlewire.errors import (
     LimitReachedError,
     LinkClosedError,
+    LinkLostError,
     MessageError,
     NotSupportedError,
     StoppedError,
@@ -571,7 +572,7 @@ def test_a_robot_that_is_lost_is_stopped() -> None:
     del turtle
     gc.collect()
     assert list(robot.engines) == [0, 0]
-    assert driver.closed
+    assert driver.is_over
 
 
 def test_a_link_that_ends_while_the_robot_drives() -> None:
@@ -581,7 +582,7 @@ def test_a_link_that_ends_while_the_robot_drives() -> None:
             await robot.connect()
             await robot.forward(1000)
 
-    with pytest.raises(LinkClosedError):
+    with pytest.raises(LinkLostError):
         asyncio.run(drive())
 
 
