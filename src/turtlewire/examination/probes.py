@@ -32,12 +32,11 @@ BITS = 10
 
 PULSES = (b"\x00", b"\xff")
 FLUSH = b"".join(PULSES * LENGTH)
-# W7 without its zeros, which FLUSH has sent; then QP, the query whose letters are harmless everywhere else.
-# With X and S among its letters, or in lower case, another query would move the pen of a robot in direct control; L
-# and H are letters of simple.
-LOGO_PROBE = b"\r2\r 1\rQP\r"
+# W7 without its zeros, which FLUSH has sent; then the query QP, in lower case (W2). Q is heard as ``a`` by some UARTs;
+# of the other queries' letters, L and H are letters of simple, X is a key that moves the pen, and Y is heard as one.
+LOGO_PROBE = b"\r2\r 1\rqp\r"
 # The same for rates at which ``1`` is not sent: it finds a WALTER that is in Logo control, as after power-on.
-MILD_PROBE = b"\rQP\r"
+MILD_PROBE = b"\rqp\r"
 # Above this there are rates a tenth to a quarter higher than others (250000 and 230400, 576000 and 500000).
 FASTEST_KEY_BAUD = 115200
 
