@@ -11,6 +11,7 @@ import time
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import LinkClosedError, LinkError, PortBusyError, PortNotFoundError
+from turtlewire.links.line_rate import baud_of
 from turtlewire.links.link import Link
 from turtlewire.links.port import Port
 
@@ -21,6 +22,9 @@ CONNECT_TIMEOUT_S = 5.0
 CLOSE_TIMEOUT_S = 1.0
 # A robot that floods a host that does not read: what is beyond is dropped, counted nowhere, and was lost anyway.
 MAX_UNREAD_BYTES = 1 << 20
+ENDED = "the link to {url} ended{reason}. Is the robot still plugged in and switched on?"
+# Further apart than this, two ends of a line no longer understand each other for sure.
+BAUD_TOLERANCE = 0.03
 
 
 class Connection(asyncio.Protocol):
@@ -146,6 +150,33 @@ class StreamLink(Link):
         except OSError as error:
             raise explained(self.url, Port.parse(self.url), error) from error
         self._connection = connection
+
+    async def set_baud(self, baud: int) -> None:
+        """Change the rate of a serial port that stays open: nothing is sent, and no robot is reset by it.
+
+        What has come in and was not read is thrown away. Raises ``LinkError`` for a rate that the port does not have,
+        ``LinkClosedError`` when the link has ended.
+        """
+        import serialx
+
+        connection = self._connection
+        transport = connection.transport
+        if connection.ended is not None or not isinstance(transport, serialx.SerialTransport):
+            raise LinkClosedError(connection.ended or f"{self.url} has no rate")
+        refusal = f"{self.url} cannot be set to {baud} baud"
+        try:
+            await transport.reconfigure_port(baudrate=baud)
+        except OSError as error:
+            if error.errno in (errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF):
+                raise LinkClosedError(ENDED.format(url=self.url, reason=f": {error}")) from error
+            raise LinkError(f"{refusal}: {error.strerror or error}") from error
+        except (serialx.SerialException, ValueError) as error:
+            raise LinkError(f"{refusal}: {error}") from error
+        connection.received.clear()
+        # Adapters take the nearest rate that they have, in silence.
+        actual = None if connection.fileno is None else baud_of(connection.fileno)
+        if actual is not None and abs(actual - baud) > baud * BAUD_TOLERANCE:
+            raise LinkError(f"{refusal}: the nearest that it has is {actual}")
 
 
 async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = lambda _: None) -> StreamLink:

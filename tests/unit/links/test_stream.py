@@ -17,11 +17,13 @@ import pytest
 
 from turtlewire.errors import LinkClosedError, LinkError, PortBusyError, PortNotFoundError, UsageError
 from turtlewire.links import stream
+from turtlewire.links.line_rate import baud_of
 from turtlewire.links.port import Port
 from turtlewire.links.stream import Connection, StreamLink, open_port
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Iterator
+    from pathlib import Path
 
 
 def run(main: Coroutine[Any, Any, None]) -> None:
@@ -205,6 +207,64 @@ def test_what_the_system_says_is_explained(number: int | None, kind: type[LinkEr
     explained = stream.explained("/dev/x", Port("serial", "/dev/x"), error)
     assert type(explained) is kind
     assert text in str(explained)
+
+
+def test_the_rate_changes_while_the_port_stays_open(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        assert baud_of(near) == 9600
+        for baud in (115200, 250000, 12345):  # in the last two, no system has a name for it
+            os.write(near, b"before")
+            await link.set_baud(baud)
+            assert baud_of(near) == baud
+            os.write(near, b"after")
+            data = await read_all(link, 5)
+            assert data == b"after"
+            link.write(b"host")
+            assert await heard(near, 4) == b"host"
+        await link.close()
+        with pytest.raises(LinkClosedError):
+            await link.set_baud(9600)
+
+    run(main())
+
+
+def test_a_rate_that_the_port_does_not_have(device: tuple[int, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        # What an adapter does that knows few rates: no pty does.
+        monkeypatch.setattr(stream, "baud_of", lambda _: 256000)
+        await link.set_baud(250000)
+        with pytest.raises(
+            LinkError, match="cannot be set to 500000 baud: the nearest that it has is 256000"
+        ):
+            await link.set_baud(500000)
+        with pytest.raises(LinkError, match=r"cannot be set to 99999999999 baud"):
+            await link.set_baud(99999999999)
+        link.write(b"on")
+        assert await heard(near, 2) == b"on"
+        await link.close()
+
+    run(main())
+
+
+def test_the_rate_of_a_device_that_has_vanished(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        os.close(near)
+        with pytest.raises(LinkClosedError):
+            await link.set_baud(19200)
+        await link.close()
+
+    run(main())
+
+
+def test_the_rate_of_what_has_none(tmp_path: Path) -> None:
+    with (tmp_path / "file").open("wb") as file:
+        assert baud_of(file.fileno()) is None
 
 
 # ---------------------------------------------------------------- sockets
