@@ -26,7 +26,10 @@ NUMBERS = {
     "--noise": ("MM", "standard deviation of a wheel's way after a metre (0)"),
     "--sag": ("PART", "of its speed that a robot has lost when its battery is empty, 0..1 (0)"),
     "--battery-s": ("SECONDS", "at full speed empty the battery (3600)"),
-    "--baud": ("BAUD", "of the line; 0: bytes take no time (9600; frame 115200)"),
+    "--baud": (
+        "BAUD",
+        "of the line; 0: bytes take no time (9600; frame 115200). If given, a host of a pty must have set the same",
+    ),
     "--boot-s": ("SECONDS", "it takes to boot, and hears nothing meanwhile (0)"),
     "--watchdog-s": ("SECONDS", "of silence after which it stops by itself (never)"),
 }
@@ -217,7 +220,27 @@ async def _serve(robots: Sequence[Robot], arguments: argparse.Namespace, signals
             }
             output.write(json.dumps(described) + "\n")
 
-    await serve_all(robots, arguments.listen, speed=arguments.speed, ready=ready, stopped=stopped)
+    await serve_all(
+        robots,
+        arguments.listen,
+        speed=arguments.speed,
+        bauds=_bauds(robots, arguments),
+        ready=ready,
+        stopped=stopped,
+    )
+
+
+def _bauds(robots: Sequence[Robot], arguments: argparse.Namespace) -> list[int | None]:
+    """The rates that robots insist on: those that somebody has asked for. Many a host of a pty sets none."""
+    from turtlewire import configuration
+
+    wanted = [name for name in arguments.robots for _ in range(arguments.count)]
+    return [
+        robot.settings.baud
+        if arguments.baud is not None or "baud" in configuration.target(f"sim:{name}").simulation
+        else None
+        for name, robot in zip(wanted, robots, strict=True)
+    ]
 
 
 def _teller(who: str) -> Callable[[Action], None]:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Protocol
 from urllib.parse import urlsplit
 
 from turtlewire.errors import LinkError, PortBusyError, UsageError
+from turtlewire.links.line_rate import baud_of
+from turtlewire.links.uart import image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -74,6 +76,7 @@ async def serve_all(
     listen: str | Sequence[str] = "pty",
     *,
     speed: float = 1.0,
+    bauds: Sequence[int | None] = (),
     ready: Callable[[list[str]], None] = lambda _: None,
     stopped: asyncio.Event | None = None,
 ) -> None:
@@ -85,6 +88,9 @@ async def serve_all(
         listen: where: ``pty``, or ``socket://host:port``, where port 0 is any free one. One for each robot, or one for
             all: then each of them gets a pty of its own, or ports that follow one another.
         speed: seconds of the robots' time for each second on the wall.
+        bauds: for each robot, the rate of its UART: at a pty, a host whose port is set to another rate is heard as such
+            a UART hears it, and hears the robot so (``links.uart``). None, or no such list: whatever rate a host has
+            set is the right one.
         ready: called once with the URLs for the hosts, in the robots' order: the path of a pty, or
             ``socket://127.0.0.1:40123``.
         stopped: ends serving.
@@ -97,7 +103,8 @@ async def serve_all(
     wheres = _ports_for(len(robots), listen)
     pump = _Pump(speed)
     try:
-        urls = [await pump.open(robot, where) for robot, where in zip(robots, wheres, strict=True)]
+        rates = bauds or [None] * len(robots)
+        urls = [await pump.open(*one) for one in zip(robots, wheres, rates, strict=True)]
         ready(urls)
         await pump.run(stopped or asyncio.Event())
     finally:
@@ -124,8 +131,9 @@ def _ports_for(count: int, listen: str | Sequence[str]) -> list[str]:
 class _Wire:
     """One robot, its port, and what its host has sent and the robot's adapter has no room for."""
 
-    def __init__(self, robot: ServedRobot, wake: Callable[[], None]) -> None:
+    def __init__(self, robot: ServedRobot, baud: int | None, wake: Callable[[], None]) -> None:
         self.robot = robot
+        self.baud = baud
         self._wake = wake
         self._inbox = bytearray()
         self.port: _Port | None = None
@@ -182,9 +190,9 @@ class _Pump:
         self._wires: list[_Wire] = []
         self._wake = asyncio.Event()
 
-    async def open(self, robot: ServedRobot, listen: str) -> str:
+    async def open(self, robot: ServedRobot, listen: str, baud: int | None) -> str:
         """Open the port of one robot more; return its URL."""
-        wire = _Wire(robot, self._wake.set)
+        wire = _Wire(robot, baud, self._wake.set)
         self._wires.append(wire)
         return await wire.open(listen)
 
@@ -239,8 +247,9 @@ class _PtyPort:
         self._listening = False
 
     def send(self, data: bytes) -> None:
+        host, robot = self._rates()
         try:
-            os.write(self._fd, data)
+            os.write(self._fd, image(data, host / robot) if host != robot else data)
         except BlockingIOError:
             return  # nobody reads
 
@@ -252,7 +261,15 @@ class _PtyPort:
         self._listening = on
 
     def _receive(self) -> None:
-        self._wire.received(os.read(self._fd, ADAPTER_BYTES))
+        data = os.read(self._fd, ADAPTER_BYTES)
+        host, robot = self._rates()
+        self._wire.received(image(data, robot / host) if host != robot else data)
+
+    def _rates(self) -> tuple[int, int]:
+        """At which rates the host and the robot listen and speak; 1 and 1 where that does not matter."""
+        robot = self._wire.baud
+        host = baud_of(self._fd) if robot else None
+        return (host, robot) if host and robot else (1, 1)
 
     def close(self) -> None:
         self.listen(on=False)
