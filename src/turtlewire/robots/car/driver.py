@@ -23,7 +23,7 @@ from turtlewire.protocols.simple.messages import (
 from turtlewire.robots.calibration import FULL_PWM
 from turtlewire.robots.car.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.car.turning import Turning
-from turtlewire.robots.timed.driver import AsyncTimedRobot, check, check_valid_s
+from turtlewire.robots.timed.driver import AsyncTimedRobot, check, check_hold, check_valid_s
 from turtlewire.robots.timed.reckoning import Motion
 
 if TYPE_CHECKING:
@@ -146,6 +146,42 @@ class AsyncCar(AsyncTimedRobot[Event]):
         await self._ready()
         self._drive(self._motion(self._motor, steering), lambda: self._submit_steer(steering))
         await self._until(lambda: self._host.idle)
+
+    async def hold(self, pwm: int, steering: int, seconds: float, settle_s: float | None = None) -> None:
+        """Turn the front wheels, drive for a time, and stand still again: the motion that calibration measures.
+
+        Args:
+            pwm: -255..255.
+            steering: -255..255.
+            seconds: above 0, at most 60, from when the car is told to drive to when it is told to stand still.
+            settle_s: how long to wait after that, 0..60 seconds; None: as long as the calibration says.
+
+        Afterwards the turtle is where the car is, by reckoning. Raises ``MessageError`` for a number outside.
+        """
+        _check_pwm("pwm", pwm)
+        _check_pwm("steering", steering)
+        check_hold(seconds, settle_s)
+        await self._turtle_ready()
+        await self._steer_to(steering)
+        # What it coasts is a part of what is measured.
+        held_s = seconds + self._calibration.overrun_s
+        motion = self._motion(pwm, steering)
+        await self._hold(motion, held_s, lambda: self._submit_motor(pwm), settle_s=0.0)
+        rest_s = self._calibration.settle_s if settle_s is None else settle_s
+        await self._pause(self._timed.arrived_at + rest_s - self.link.now())
+        self.account.settle()
+
+    async def turn_wheels(self, steering: int, seconds: float) -> None:
+        """Turn the front wheels of the standing car, and wait, 0..60 seconds from when it is told.
+
+        Raises ``MessageError`` for a number outside.
+        """
+        _check_pwm("steering", steering)
+        check_hold(seconds or 1.0, seconds)
+        await self._turtle_ready()
+        arrived_at = await self._told(lambda: self._submit_steer(steering))
+        await self._until(lambda: self._host.idle)
+        await self._pause(arrived_at + seconds - self.link.now())
 
     async def headlights(
         self, *, left_upper: bool, left_lower: bool, right_upper: bool, right_lower: bool

@@ -35,6 +35,14 @@ class Car(TimedRobot[AsyncCar]):
         """Turn the front wheels: -255 (full lock left) .. 255 (full lock right), until told otherwise."""
         self._runner.run(self._robot.steer(steering))
 
+    def hold(self, pwm: int, steering: int, seconds: float, settle_s: float | None = None) -> None:
+        """Turn the front wheels, drive for a time, and stand still again."""
+        self._runner.run(self._robot.hold(pwm, steering, seconds, settle_s))
+
+    def turn_wheels(self, steering: int, seconds: float) -> None:
+        """Turn the front wheels of the standing car, and wait."""
+        self._runner.run(self._robot.turn_wheels(steering, seconds))
+
     def headlights(self, *, left_upper: bool, left_lower: bool, right_upper: bool, right_lower: bool) -> None:
         """Switch all four headlights."""
         self._runner.run(

@@ -26,6 +26,8 @@ LARGEST = 1e6
 FULL_SPEED = 255
 # A motion is slowed down so that it takes at least so long: the wire and the clock are not exact.
 LEAST_HOLD_S = 0.1
+# By hand, no motion is held for longer than this.
+LONGEST_HOLD_S = 60.0
 
 
 class AsyncTimedRobot(TimedMotions[EventT]):
@@ -342,6 +344,14 @@ def check(name: str, value: float) -> None:
     # Not math.isfinite: an int may be larger than any float. Nor is nan between anything.
     if not -LARGEST <= value <= LARGEST:
         raise MessageError(f"{name} must be a number from {-LARGEST:.0f} to {LARGEST:.0f}")
+
+
+def check_hold(seconds: float, settle_s: float | None) -> None:
+    """Raises ``MessageError`` for times that no motion is to be held for, or waited for."""
+    if not 0.0 < seconds <= LONGEST_HOLD_S:
+        raise MessageError(f"seconds is {seconds}, but must be above 0, and at most {LONGEST_HOLD_S:g}")
+    if settle_s is not None and not 0.0 <= settle_s <= LONGEST_HOLD_S:
+        raise MessageError(f"settle_s is {settle_s}, but must be from 0 to {LONGEST_HOLD_S:g}, or None")
 
 
 def check_valid_s(valid_s: float | None) -> None:

@@ -240,9 +240,17 @@ class TimedMotions(ABC, Generic[EventT]):
         return self._timed.arrived_at
 
     async def _hold(
-        self, motion: Motion, seconds: float, submit: Callable[[], None], *, is_drawn: bool = True
+        self,
+        motion: Motion,
+        seconds: float,
+        submit: Callable[[], None],
+        *,
+        is_drawn: bool = True,
+        settle_s: float | None = None,
     ) -> None:
         """Let the robot move so for so long, and stand still again; reckon where that has brought it.
+
+        ``settle_s``: how long to wait until it stands; None: as long as the calibration says.
 
         However it ends, the robot does not go on. Raises what ``_until`` raises.
         """
@@ -262,7 +270,7 @@ class TimedMotions(ABC, Generic[EventT]):
             self._timed.set_alarm(self._timed.sent_at + held_s, end)
             await self._until(lambda: self._ended_at is not None and self._machine.idle)
             self.account.end(self._timed.arrived_at + self._overrun_s)
-            await self._pause(self._settle_s)
+            await self._pause(self._settle_s if settle_s is None else settle_s)
         except (StoppedError, LinkLostError):
             raise  # by somebody who has seen to it, and may be driving by hand already
         except BaseException:

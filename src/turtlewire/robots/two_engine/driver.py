@@ -10,7 +10,7 @@ from turtlewire.errors import LimitReachedError, NotSupportedError, UsageError
 from turtlewire.protocols.frame.codec import FrameEncoder
 from turtlewire.protocols.frame.host import Host, stop_bytes
 from turtlewire.protocols.frame.message import FrameMessage
-from turtlewire.robots.timed.driver import AsyncTimedRobot, check_valid_s
+from turtlewire.robots.timed.driver import AsyncTimedRobot, check_hold, check_valid_s
 from turtlewire.robots.two_engine.odometry import Odometer, Travel
 from turtlewire.robots.two_engine.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.two_engine.wheels import EngineWheels, Told, field_values, motion, wheels
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.calibration import TwoEngineCalibration
     from turtlewire.robots.timed.reckoning import Motion
     from turtlewire.trace import Paper
     from turtlewire.turtle import Pose
@@ -171,6 +172,44 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             raise NotSupportedError(f"the dialect {self._dialect.name} has no engines, but speeds of wheels")
         await self.send(self._wheels.engine(number, speed), valid_s=valid_s)
 
+    async def hold(self, left: int, right: int, seconds: float, settle_s: float | None = None) -> None:
+        """Turn the wheels for a time, and stand still again: the motion that calibration measures.
+
+        Args:
+            left, right: -255..255, ahead above 0; in a dialect that speaks of mm/s, that.
+            seconds: above 0, at most 60, from when the robot is told to move to when it is told to stand still.
+            settle_s: how long to wait after that, 0..60 seconds; None: as long as the calibration says.
+
+        Afterwards the turtle is where the robot is, by reckoning. Raises ``MessageError`` for a number outside, and
+        ``NotSupportedError`` for backward where the robot cannot tell it from forward (F1).
+        """
+        check_hold(seconds, settle_s)
+        told = Told(left, right)
+        for message in self._wheels.messages(told):
+            self._dialect.check(message)
+        await self._turtle_ready()
+        # What it coasts is a part of what is measured.
+        await self._move(told, seconds + self._calibration.overrun_s, settle_s)
+        if settle_s is None:
+            await self._hear_odometer()
+        self.account.settle()
+
+    async def recalibrate(self, calibration: TwoEngineCalibration) -> None:
+        """From now on, drive by another calibration. The robot is to stand still.
+
+        Raises ``UsageError`` for one that this robot, or its dialect, cannot have.
+        """
+        await self._turtle_ready()
+        before = self._calibration
+        try:
+            self._calibration = calibration
+            self._wheels, self._pen_servo = wheels(self._dialect, calibration), self._checked_pen()
+        except UsageError:
+            self._calibration = before
+            raise
+        self._odometer.mm_per_tick = calibration.mm_per_tick
+        self._settle_s, self._overrun_s = calibration.settle_s, calibration.overrun_s
+
     async def set_servo(self, number: int, position_deg: int) -> None:
         """Move a servo to 0..180 degrees.
 
@@ -190,6 +229,20 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
         told = self._wheels.portion(left / most, right / most)
         self._steer(told, tuple(self._wheels.messages(told)))
         self._expire(valid_s)
+
+    @property
+    def ticks(self) -> tuple[int, int] | None:
+        """The ticks of the encoders, left and right, since the first report; None: the robot reports none."""
+        return None if self._odometer.heard_at is None else self._odometer.ticks
+
+    @property
+    def goes_backward(self) -> bool:
+        """Whether it can be told to (F1)."""
+        try:
+            self._wheels.messages(Told(-1, -1))
+        except NotSupportedError:
+            return False
+        return True
 
     def _steer(self, told: Told, messages: tuple[FrameMessage, ...]) -> None:
         def submit() -> None:
@@ -243,13 +296,15 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
         rim = math.copysign(self._fitting(rim_mm, self._wheels.full_mm_per_s), angle_deg)
         told = self._wheels.nearest(rim, -rim)
         await self._move(told, angle_deg / self._wheels.motion(told).turn_deg_per_s)
+        await self._hear_odometer()
 
     async def _move_robot(self, distance_mm: float) -> None:
         speed = math.copysign(self._fitting(distance_mm, self._wheels.full_mm_per_s), distance_mm)
         told = self._wheels.nearest(speed, speed)
         await self._move(told, distance_mm / self._wheels.motion(told).speed_mm_per_s)
+        await self._hear_odometer()
 
-    async def _move(self, told: Told, seconds: float) -> None:
+    async def _move(self, told: Told, seconds: float, settle_s: float | None = None) -> None:
         messages, planned = self._wheels.messages(told), self._wheels.motion(told)
         if self._blocked and self._blocked == _way(planned):
             raise LimitReachedError(self._blocked, *self._stand())
@@ -259,9 +314,15 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             self._host.send(*messages)
 
         self._motions += 1
-        await self._hold(planned, seconds, submit)
+        await self._hold(planned, seconds, submit, settle_s=settle_s and 0.0)
+        still_at = self._timed.arrived_at
         for _ in range(self._settings.halts - 1):
             await self._told(self._halt)
+        if settle_s is not None:
+            await self._pause(still_at + settle_s - self.link.now())
+
+    async def _hear_odometer(self) -> None:
+        """After a motion: what the encoders say, if there are any."""
         if self._odometer.heard_at is not None:
             still_at = self.link.now()
             await self._until(

@@ -26,6 +26,8 @@ class Odometer:
         mm_per_tick: how far a wheel goes for a tick.
 
     Attributes:
+        mm_per_tick: how far a wheel goes for a tick.
+        ticks: how many there have been, left and right, ahead less back, since the first report.
         heard_at: when the last report came; None: none has.
         corrections: how often the ticks contradicted the reckoning.
     """
@@ -33,8 +35,8 @@ class Odometer:
     def __init__(self, mm_per_tick: float) -> None:
         self.heard_at: float | None = None
         self.corrections = 0
-        self._mm_per_tick = mm_per_tick
-        self._ticks = (0, 0)
+        self.mm_per_tick = mm_per_tick
+        self.ticks = (0, 0)
         self._last = (0, 0)
         self._total = Travel()
 
@@ -43,20 +45,20 @@ class Odometer:
         new = (left_ticks, right_ticks)
         if self.heard_at is not None:
             left, right = (_wrapped(n - old) for n, old in zip(new, self._last, strict=True))
-            self._ticks = (self._ticks[0] + left, self._ticks[1] + right)
+            self.ticks = (self.ticks[0] + left, self.ticks[1] + right)
         self._last = new
         self.heard_at = now
 
     def forget(self) -> None:
         """Begin anew: the ticks of a robot that was reset go on from 0."""
         self.heard_at = None
-        self._ticks = (0, 0)
+        self.ticks = (0, 0)
         self._total = Travel()
 
     def travelled(self, left_mm: float, right_mm: float) -> Travel:
         """The wheels have turned so far by reckoning since this was last asked; how far by their ticks, too."""
         wanted = Travel(self._total.left_mm + left_mm, self._total.right_mm + right_mm)
-        total = Travel(*(self._believed(mm, n) for mm, n in zip(wanted, self._ticks, strict=True)))
+        total = Travel(*(self._believed(mm, n) for mm, n in zip(wanted, self.ticks, strict=True)))
         self.corrections += total != wanted
         before, self._total = self._total, total
         return Travel(total.left_mm - before.left_mm, total.right_mm - before.right_mm)
@@ -65,7 +67,7 @@ class Odometer:
         if self.heard_at is None:
             return mm
         # Nobody knows where between two ticks the wheel stood at the first report.
-        return min(max(mm, (ticks - 1) * self._mm_per_tick), (ticks + 1) * self._mm_per_tick)
+        return min(max(mm, (ticks - 1) * self.mm_per_tick), (ticks + 1) * self.mm_per_tick)
 
 
 def _wrapped(ticks: int) -> int:
