@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.progress import Progress
 
-    from turtlewire.robots.walter import Walter
+    from turtlewire.connect import Robot
 
 
 def duration(seconds: float) -> str:
@@ -37,7 +37,7 @@ class Bar:
         shown: whether there may be a bar at all.
     """
 
-    def __init__(self, robot: Walter, progress: Callable[[], float | None], *, shown: bool) -> None:
+    def __init__(self, robot: Robot, progress: Callable[[], float | None], *, shown: bool) -> None:
         self._robot = robot
         self._progress = progress
         self._is_done = False
@@ -104,7 +104,10 @@ class Bar:
 
     def _figures(self) -> str:
         figures = self._robot.statistics
-        return f"{figures.distance_mm / 1000:.2f} m, {figures.commands} commands, {duration(figures.seconds)}"
+        # What is driven by set-points has no commands to count.
+        commands = getattr(figures, "commands", None)
+        counted = "" if commands is None else f"{commands} commands, "
+        return f"{figures.distance_mm / 1000:.2f} m, {counted}{duration(figures.seconds)}"
 
 
 def _same_file(one: int, other: int) -> bool:

@@ -12,13 +12,14 @@ from turtlewire.cli.signals import INTERRUPTED, Interrupted
 from turtlewire.errors import LinkError, TurtlewireError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+    from turtlewire.configuration import Target
     from turtlewire.connect import Robot
     from turtlewire.deviation import Followed
+    from turtlewire.links.link import Link
     from turtlewire.logo import Position
-    from turtlewire.robots.walter import Walter
     from turtlewire.turtle import Pose
 
 # What is compared with the exact path.
@@ -35,12 +36,13 @@ class Report:
     Args:
         program: what the program is called.
         as_json: gather everything, the program's output too, into one JSON object.
-        is_real: the robot is a real one, or somebody else's: it takes its own time, and has to be stopped.
     """
 
-    def __init__(self, program: str, *, as_json: bool, is_real: bool) -> None:
+    def __init__(self, program: str, *, as_json: bool) -> None:
         self._as_json = as_json
-        self._is_real = is_real
+        # The robot is a real one, or somebody else's: it takes its own time, and has to be stopped.
+        self._is_real = False
+        self._connection: dict[str, Any] = {}
         self._started = time.perf_counter()
         self._output: list[str] = []
         self._errors: list[str] = []
@@ -60,6 +62,16 @@ class Report:
             "host_seconds": 0.0,
         }
 
+    def meets(self, target: Target) -> None:
+        """Which robot it is."""
+        self._target = target
+        self._is_real = not target.is_simulated
+
+    def see(self, link: Link) -> Link:
+        """The link to it, as it is."""
+        self._link = link
+        return link
+
     def notify(self, text: str) -> None:
         """A warning of the driver."""
         self._result["warnings"].append(text)
@@ -74,9 +86,11 @@ class Report:
         """Output of the program, for ``--json``."""
         self._output.append(text)
 
-    def finished(self, robot: Walter) -> None:
-        """The program is done: where does the robot say that it is?"""
-        if "Q" in robot.groups:
+    def finished(self, robot: Robot) -> None:
+        """The program is done: where is the robot, and where does it say that it is, if it can?"""
+        from turtlewire.robots.walter import Walter
+
+        if isinstance(robot, Walter) and "Q" in robot.groups:
             self._result["robot_pose"] = robot.reported_pose()._asdict()
         self._result["host_pose"] = robot.pose._asdict()
 
@@ -94,10 +108,31 @@ class Report:
         found = between(robot.trace, turtle.ideal, origin) if turtle.is_exact else None
         self._result["deviation_mm"] = found and found._asdict()
 
-    def measure(self, robot: Walter) -> None:
+    def measure(self, robot: Robot) -> None:
         """The figures of the connection, however far it came."""
         self._result["statistics"] = robot.statistics._asdict()
         self._result["host_seconds"] = time.perf_counter() - self._started
+
+    def describe(self) -> None:
+        """What the connection was like: what people can put into a bug report."""
+        import platform
+        from importlib.metadata import version
+
+        from turtlewire.links.faults import FaultyLink
+
+        target, link = self._target, self._link
+        self._connection = {
+            "turtlewire": version("turtlewire"),
+            "system": f"Python {platform.python_version()} on {platform.platform()}",
+            "robot": target.protocol,
+            "port": target.port,
+            "settings": {**target.simulation, **{k: str(v) for k, v in target.overrides.items()}},
+        }
+        if isinstance(link, FaultyLink):
+            self._connection["faults"] = {
+                name: getattr(link, name) for name in ("lost", "added", "flipped", "duplicated")
+            }
+        self._result["connection"] = self._connection
 
     def drawn(self, path: Path) -> None:
         """A picture was written."""
@@ -146,6 +181,8 @@ class Report:
             )
         else:
             output.tell("\n".join(self._summary()))
+        if self._connection and not self._as_json:
+            output.tell("\n".join(["statistics:", *_lines(self._connection | self._result["statistics"])]))
         code: int = self._result["exit_code"]
         return code
 
@@ -162,21 +199,23 @@ class Report:
             yield f"What was drawn until then is in {', '.join(self._result['pictures'])}."
 
     def _summary(self) -> Iterator[str]:
-        figures, host = self._result["statistics"], self._result["host_pose"]
-        robot = self._result["robot_pose"]
+        figures, robot = self._result["statistics"], self._result["robot_pose"]
+        # Those that are driven by set-points have neither commands to count nor a pose to tell.
+        answers = "commands" in figures
         robot_s, host_s = figures["seconds"], self._result["host_seconds"]
         yield f"{self._result['program']}: done"
-        yield (
-            f"  sent       {figures['commands']} commands ({figures['fences']} of them fences) "
-            f"in {figures['bytes_sent']} bytes; {figures['bytes_received']} bytes came back"
+        counted = (
+            f"{figures['commands']} commands ({figures['fences']} of them fences) in " if answers else ""
         )
+        yield f"  sent       {counted}{figures['bytes_sent']} bytes; {figures['bytes_received']} bytes came back"
         yield f"  driven     {figures['distance_mm'] / 1000:.2f} m in {duration(robot_s)} of the robot's time"
         if not self._is_real:
             yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
-        yield f"  host pose  {_pose(host)}"
-        yield f"  robot pose {_pose(robot) if robot else 'it cannot tell'}"
+        yield f"  host pose  {_pose(self._result['host_pose'])}"
+        if answers:
+            yield f"  robot pose {_pose(robot) if robot else 'it cannot tell'}"
         yield from self._deviation()
-        if figures["corrections"]:
+        if figures.get("corrections"):
             yield f"  corrected  {figures['corrections']} times: the robot was not where it should have been"
         if self._result["pictures"]:
             yield f"  drawn      {', '.join(self._result['pictures'])}"
@@ -194,3 +233,12 @@ def _pose(pose: dict[str, float]) -> str:
     # + 0.0 makes a plain zero of a negative one.
     x, y, heading = (round(pose[key], 3) + 0.0 for key in ("x_mm", "y_mm", "heading_deg"))
     return f"x {x:g} mm, y {y:g} mm, heading {heading % 360.0:g} degrees"
+
+
+def _lines(figures: Mapping[str, object]) -> Iterator[str]:
+    for name, value in figures.items():
+        if isinstance(value, dict):
+            text = ", ".join(f"{key} {part}" for key, part in value.items()) or "as by default"
+        else:
+            text = f"{value:.10g}" if isinstance(value, float) else str(value)
+        yield f"  {name:20} {text}"

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import random
 import sys
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from turtlewire.cli import options, output
-from turtlewire.cli.progress import Bar, duration
-from turtlewire.cli.report import Report, _pose
+from turtlewire.cli import options
+from turtlewire.cli.progress import Bar
+from turtlewire.cli.report import Report
 from turtlewire.cli.signals import Interrupted
 from turtlewire.errors import DataError, LinkClosedError, TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Iterator, Mapping
 
     from turtlewire.cli.signals import Signals
     from turtlewire.configuration import Target
     from turtlewire.connect import Robot
-    from turtlewire.links.link import Link
     from turtlewire.logo import Interpreter, Position
 
 EXAMPLES = """\
@@ -91,7 +88,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Run the program. Whatever happens, the robot is stopped, the pictures are written, and it is told."""
     name = "standard input" if arguments.program == "-" else arguments.program
-    report = RobotReport(name, as_json=arguments.json)
+    report = Report(name, as_json=arguments.json)
     run = _Run(arguments, signals, report)
     try:
         run.all(name)
@@ -118,7 +115,7 @@ class _Run:
         not_drawn: what kept pictures from being written.
     """
 
-    def __init__(self, arguments: argparse.Namespace, signals: Signals, report: RobotReport) -> None:
+    def __init__(self, arguments: argparse.Namespace, signals: Signals, report: Report) -> None:
         self._arguments = arguments
         self._signals = signals
         self._report = report
@@ -167,7 +164,7 @@ class _Run:
             turtle, report.keep_output, random.Random(arguments.seed), step_mm=arguments.step_mm
         )
         try:
-            with RobotBar(robot, interpreter.progress, shown=not arguments.json) as bar:
+            with Bar(robot, interpreter.progress, shown=not arguments.json) as bar:
                 if not arguments.json:
                     interpreter.write = bar.write
                 interpreter.run(source, name)
@@ -238,101 +235,3 @@ def _target(arguments: argparse.Namespace) -> Target:
         raise UsageError(f"--speed {arguments.speed} and {found.name!r} both say how fast: leave one out")
     defaults = {"seed": str(arguments.seed), "pace": arguments.speed or "max"}
     return found._replace(simulation={**defaults, **found.simulation})
-
-
-class RobotReport(Report):
-    """The report of a run on any robot: not all have fences, or can tell where they are."""
-
-    def __init__(self, program: str, *, as_json: bool) -> None:
-        super().__init__(program, as_json=as_json, is_real=False)
-        self._connection: dict[str, Any] = {}
-
-    def meets(self, target: Target) -> None:
-        """Which robot it is."""
-        self._target = target
-        self._is_real = not target.is_simulated
-
-    def see(self, link: Link) -> Link:
-        """The link to it, as it is."""
-        self._link = link
-        return link
-
-    def finished(self, robot: Robot) -> None:
-        """The program is done: where is the robot?"""
-        from turtlewire.robots.walter import Walter
-
-        if isinstance(robot, Walter):
-            super().finished(robot)
-        else:
-            self._result["host_pose"] = robot.pose._asdict()
-
-    def measure(self, robot: Robot) -> None:
-        """The figures of the connection, however far it came."""
-        self._result["statistics"] = robot.statistics._asdict()
-        self._result["host_seconds"] = time.perf_counter() - self._started
-
-    def describe(self) -> None:
-        """What the connection was like: what people can put into a bug report."""
-        import platform
-        from importlib.metadata import version
-
-        from turtlewire.links.faults import FaultyLink
-
-        target, link = self._target, self._link
-        self._connection = {
-            "turtlewire": version("turtlewire"),
-            "system": f"Python {platform.python_version()} on {platform.platform()}",
-            "robot": target.protocol,
-            "port": target.port,
-            "settings": {**target.simulation, **{k: str(v) for k, v in target.overrides.items()}},
-        }
-        if isinstance(link, FaultyLink):
-            self._connection["faults"] = {
-                name: getattr(link, name) for name in ("lost", "added", "flipped", "duplicated")
-            }
-        self._result["connection"] = self._connection
-
-    def end(self, received: str) -> int:
-        """Tell how it went; return the exit code."""
-        code = super().end(received)
-        if self._connection and not self._as_json:
-            output.tell("\n".join(["statistics:", *_lines(self._connection | self._result["statistics"])]))
-        return code
-
-    def _summary(self) -> Iterator[str]:
-        figures = self._result["statistics"]
-        if "commands" in figures:
-            yield from super()._summary()
-            return
-        robot_s, host_s = figures["seconds"], self._result["host_seconds"]
-        yield f"{self._result['program']}: done"
-        yield f"  sent       {figures['bytes_sent']} bytes; {figures['bytes_received']} bytes came back"
-        yield f"  driven     {figures['distance_mm'] / 1000:.2f} m in {duration(robot_s)} of the robot's time"
-        if not self._is_real:
-            yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
-        yield f"  host pose  {_pose(self._result['host_pose'])}"
-        yield from self._deviation()
-        if self._result["pictures"]:
-            yield f"  drawn      {', '.join(self._result['pictures'])}"
-
-
-class RobotBar(Bar):
-    """The bar for any robot: not all count commands."""
-
-    def __init__(self, robot: Any, progress: Callable[[], float | None], *, shown: bool) -> None:
-        super().__init__(robot, progress, shown=shown)
-
-    def _figures(self) -> str:
-        figures = self._robot.statistics
-        if hasattr(figures, "commands"):
-            return super()._figures()
-        return f"{figures.distance_mm / 1000:.2f} m, {duration(figures.seconds)}"
-
-
-def _lines(figures: Mapping[str, object]) -> Iterator[str]:
-    for name, value in figures.items():
-        if isinstance(value, dict):
-            text = ", ".join(f"{key} {part}" for key, part in value.items()) or "as by default"
-        else:
-            text = f"{value:.10g}" if isinstance(value, float) else str(value)
-        yield f"  {name:20} {text}"

@@ -88,7 +88,7 @@ def run(*arguments: str) -> int:
         ("simulate walter --groups Z", 2, "but must be some of C, Q, H and E"),
         ("simulate walter --arena none.toml", 2, "none.toml: the arena file cannot be read"),
         ("simulate walter --picture drawn.gif", 2, "unknown picture format '.gif'"),
-        ("simulate", 2, "the following arguments are required: robot"),
+        ("simulate", 2, "the following arguments are required: ROBOT"),
         ("stop", 2, "the following arguments are required: --port"),
         ("stop --port sim:walter", 2, "is a robot of its own in each process: there is nothing to stop"),
         ("stop --port pty", 2, "pty is a new port, with no robot at it yet"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from turtlewire.cli.main import main
-from turtlewire.cli.run import RobotBar
+from turtlewire.cli.progress import Bar
 from turtlewire.connect import connect
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def test_replies_are_no_matter_to_a_car(capsys: pytest.CaptureFixture[str]) -> N
 def test_the_bar_of_robots_that_count_no_commands() -> None:
     for url, counts in (("sim:simple", False), ("sim:walter", True)):
         with connect(url) as robot:
-            figures = RobotBar(robot, lambda: 0.5, shown=False)._figures()
+            figures = Bar(robot, lambda: 0.5, shown=False)._figures()
         assert figures.startswith("0.00 m, ")
         assert ("commands" in figures) == counts
 
