@@ -61,13 +61,15 @@ class Connection(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """asyncio: the other side or the device is gone."""
-        if self.ended is None:
-            reason = f": {exc}" if exc else ""
-            self.ended = (
-                f"the link to {self.url} ended{reason}. Is the robot still plugged in and switched on?"
-            )
+        self.end(exc)
         self.something.set()
         self.gone.set()
+
+    def end(self, exc: Exception | None) -> str:
+        """It came to its end; why, for people."""
+        if self.ended is None:
+            self.ended = ENDED.format(url=self.url, reason=f": {exc}" if exc else "")
+        return self.ended
 
 
 class StreamLink(Link):
@@ -94,7 +96,10 @@ class StreamLink(Link):
         connection = self._connection
         if connection.ended is not None or connection.transport is None:
             raise LinkClosedError(connection.ended or f"the link to {self.url} is not open")
-        connection.transport.write(data)
+        try:
+            connection.transport.write(data)
+        except OSError as error:  # a device that is gone, while its number is being given back
+            raise LinkClosedError(connection.end(error)) from None
 
     def write_urgent(self, data: bytes) -> None:
         """Throw away what the operating system has not sent, where it lets us, and send these bytes."""

@@ -119,9 +119,9 @@ class Host:
     Attributes:
         answers: whether the robot answers queries. While False, commands are paced by their duration.
         mode: what the robot takes bytes for, as far as the host has told it; None before the first attention.
-        interrupted: the tag of the first command that an attention or stop found unconfirmed, and (for a robot that is
-            paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
-        abandoned: the tags of all commands that an attention or stop found unconfirmed, in order.
+        interrupted: the tag of the first command that an attention, stop or lost link found unconfirmed, and (for a
+            robot that is paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
+        abandoned: the tags of all commands that these found unconfirmed, in order. Whoever has seen to them clears both.
         malformed: ill-formed replies; unexpected: replies to nothing that was asked. Both are ignored.
     """
 
@@ -205,8 +205,8 @@ class Host:
         if self._flights:
             first = self._flights[0]
             left = max(0.0, self._busy_until - now)
-            self.abandoned = tuple(flight.tag for flight in self._flights)
-            self.interrupted = (first.tag, 1.0 - min(1.0, left / first.takes_s))
+            self.abandoned += tuple(flight.tag for flight in self._flights)
+            self.interrupted = self.interrupted or (first.tag, 1.0 - min(1.0, left / first.takes_s))
         self._queue.clear()
         self._flights.clear()
         self._unfenced = self._since_fence = self._probes = 0
