@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from .terminal import Terminal
+
 DEADLINE_S = 40.0
 COMMAND = [sys.executable, "-m", "turtlewire"]
 # Fast enough for tests, slow enough that a long drive is still under way when a signal comes.
@@ -257,6 +259,22 @@ def wire() -> Iterator[Callable[[Callable[[bytes], bytes]], Wire]]:
 
     yield make
     for each in wires:
+        each.close()
+
+
+@pytest.fixture
+def terminal() -> Iterator[Callable[..., Terminal]]:
+    """Makes terminals of so many columns, and rows."""
+    from .terminal import Terminal
+
+    terminals: list[Terminal] = []
+
+    def make(columns: int, rows: int = 24) -> Terminal:
+        terminals.append(Terminal(columns, rows))
+        return terminals[-1]
+
+    yield make
+    for each in terminals:
         each.close()
 
 

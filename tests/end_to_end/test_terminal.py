@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import os
 import pty
 import re
 import signal
-import struct
 import subprocess
-import termios
-import threading
 from typing import TYPE_CHECKING, Literal
 
-import pyte
 import pytest
 
 from .conftest import COMMAND, DEADLINE_S, wait_until
+from .terminal import clean_environment
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
+
+    from .terminal import Terminal
 
 PROGRAM = """
 REPEAT 60 [PRINT SE [step no.] REPCOUNT FD 10 RT 6]
@@ -32,66 +29,15 @@ LINES = [f"step no. {number}" for number in range(1, 61)] + [":smile: [bold] not
 SHOW_CURSOR, HIDE_CURSOR = "\x1b[?25h", "\x1b[?25l"
 
 
-class Terminal:
-    """A terminal of a certain size, and what was sent to it."""
-
-    def __init__(self, columns: int) -> None:
-        self._near, self.far = pty.openpty()
-        fcntl.ioctl(self.far, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-        self._columns = columns
-        self._received = bytearray()
-        self._thread = threading.Thread(target=self._read, daemon=True)
-        self._thread.start()
-
-    def _read(self) -> None:
-        with contextlib.suppress(OSError):  # EIO: nobody has the terminal any more
-            while data := os.read(self._near, 4096):
-                self._received += data
-
-    @property
-    def text(self) -> str:
-        return self._received.decode("utf-8", "replace")
-
-    def lines(self) -> list[str]:
-        """What stays on the screen, and what has scrolled off it, as a real terminal shows it."""
-        screen = pyte.HistoryScreen(self._columns, 24, history=10_000)
-        pyte.Stream(screen).feed(self.text)
-        gone = ["".join(row[x].data for x in range(self._columns)) for row in screen.history.top]
-        return [line.rstrip() for line in (*gone, *screen.display)]
-
-    def close(self) -> None:
-        if self.far >= 0:
-            os.close(self.far)
-        self.far = -1
-        self._thread.join(DEADLINE_S)
-        os.close(self._near)
-
-
-@pytest.fixture
-def terminal() -> Iterator[Callable[[int], Terminal]]:
-    terminals: list[Terminal] = []
-
-    def make(columns: int) -> Terminal:
-        terminals.append(Terminal(columns))
-        return terminals[-1]
-
-    yield make
-    for each in terminals:
-        each.close()
-
-
 def run(
     folder: Path, arguments: list[str], stdout: int, stderr: int, program: str = PROGRAM
 ) -> subprocess.Popen[str]:
     (folder / "program.logo").write_text(program, "utf-8")
-    environment = {**os.environ, "TERM": "xterm-256color", "PYTHONUNBUFFERED": ""}
-    for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR"):
-        environment.pop(name, None)
     command = [*COMMAND, "run", "program.logo", *arguments]
     return subprocess.Popen(
         command,
         cwd=folder,
-        env=environment,
+        env=clean_environment(),
         stdin=subprocess.DEVNULL,
         stdout=stdout,
         stderr=stderr,
