@@ -7,7 +7,20 @@ import sys
 import traceback
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import decode, encode, identify, monitor, output, ports, robots, run, simulate, stop
+from turtlewire.cli import (
+    decode,
+    doctor,
+    drive,
+    encode,
+    identify,
+    monitor,
+    output,
+    ports,
+    robots,
+    run,
+    simulate,
+    stop,
+)
 from turtlewire.cli.signals import INTERRUPTED, Interrupted, Signals
 from turtlewire.errors import TurtlewireError
 
@@ -62,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (run, simulate, stop, ports, robots, encode, decode, identify, monitor):
+    for command in (run, drive, simulate, stop, doctor, ports, robots, encode, decode, identify, monitor):
         command.add_parser(commands)
     return parser
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from turtlewire.protocols.frame.codec import Item as FrameItem
+    from turtlewire.protocols.frame.dialect import Dialect
 
 Sender = Literal["host", "robot"]
 SENDERS: tuple[Sender, ...] = ("host", "robot")
@@ -200,12 +201,16 @@ class Frame(Codec):
     name = "frame"
 
     def __init__(
-        self, dialect: str | Path = "0.1", crc: str | None = None, coverage: str | None = None
+        self, dialect: str | Path | Dialect = "0.1", crc: str | None = None, coverage: str | None = None
     ) -> None:
         from turtlewire.protocols.frame import dialect as dialects
 
-        known = dialect in dialects.SHIPPED
-        made = dialects.shipped(str(dialect)) if known else dialects.load(dialect)
+        if isinstance(dialect, dialects.Dialect):
+            made = dialect
+        elif dialect in dialects.SHIPPED:
+            made = dialects.shipped(str(dialect))
+        else:
+            made = dialects.load(dialect)
         self._dialect = made.configured(crc=crc, coverage=coverage)
         self.baud = made.baud
         self._seq = 0

@@ -1,0 +1,398 @@
+"""Carries out what somebody at the keyboard wants, and tells what becomes of it.
+
+The robot is driven in a thread of its own, which goes on when the dashboard does not: whatever is wished ends in its
+time, here and once more in the driver, by the time to live of its set-points.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import time
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from turtlewire.dashboard.controls import Order, Wish
+from turtlewire.dashboard.layouts import Action
+from turtlewire.dashboard.sight import Ear, Sight, title
+from turtlewire.dashboard.view import Level, Notice, View
+from turtlewire.errors import (
+    LimitReachedError,
+    LinkClosedError,
+    LinkLostError,
+    StoppedError,
+    TurtlewireError,
+)
+from turtlewire.robots.runner import ThreadRunner
+from turtlewire.robots.walter import AsyncWalter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from turtlewire.configuration import Target
+    from turtlewire.connect import AsyncRobot
+    from turtlewire.trace import Obstacle
+
+# A set-point lives so much longer in the driver than its wish, so that a gentle stop comes first.
+MARGIN_S = 0.1
+# A wish without an end is renewed by a dashboard that is alive; its set-points live no longer than this.
+LATCHED_S = 1.0
+# The stop that ends a wish is sent once more: it may have got lost.
+SURE_S = 0.15
+# A robot that stands is asked where it is after so long (if it can tell), and now and then whether it is still there.
+ASK_S, CHECK_S = 0.5, 5.0
+# How often what is to be seen is looked at.
+LOOK_S = 0.08
+# How long the horn may take to fall silent on the way out.
+SILENCE_S = 0.5
+MAX_NOTICES = 30
+
+
+class Helm:
+    """Drives one robot. Every method may be called from any thread, and none but ``connect`` and ``close`` waits.
+
+    Args:
+        target: the robot.
+        pace: of a simulated one: seconds of its time for each second on the wall.
+        announce: told where the robot has to be, for a new pty.
+
+    Attributes:
+        view: what is to be seen of the robot, made anew again and again.
+        failure: what has ended everything; None: nothing has.
+        refused: the key press whose wish was ended by a stop or an error: it begins nothing any more.
+        features: what else the robot has, see ``Drive.features``; obstacles: what stands around it. Once connected.
+    """
+
+    def __init__(self, target: Target, *, pace: float, announce: Callable[[str], None]) -> None:
+        self.title = title(target)
+        self.view = View()
+        self.failure: BaseException | None = None
+        self.features: frozenset[str] = frozenset()
+        self.obstacles: Sequence[Obstacle] = ()
+        self._target = target
+        self._pace = pace
+        self._announce = announce
+        self._runner: ThreadRunner | None = None
+        self._wish = Wish()
+        self._orders: deque[Order] = deque()
+        self.refused = 0
+        self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
+
+    # ------------------------------------------------------------------ from the dashboard
+
+    def connect(self) -> None:
+        """Reach the robot. Raises what ``turtlewire.connect`` raises."""
+        runner = ThreadRunner()
+        try:
+            runner.run(self._connect())
+        except BaseException:
+            runner.close()
+            raise
+        self._runner = runner
+
+    def close(self) -> None:
+        """Stop the robot, and let go of it."""
+        runner, self._runner = self._runner, None
+        if runner is None:
+            return
+        try:
+            runner.run(self._close())
+        finally:
+            runner.close()
+
+    def steer(self, wish: Wish) -> None:
+        """Wish for something else, or for the same again."""
+        self._wish = wish
+        self._soon(self._wake.set)
+
+    def do(self, order: Order) -> None:
+        """Have something done once."""
+        self._orders.append(order)
+        self._soon(self._wake.set)
+
+    def stop(self) -> None:
+        """Stop at once, ahead of everything."""
+        self._soon(self._stop_now)
+
+    def stop_and_wait(self, seconds: float) -> None:
+        """Stop at once; come back when the stop has left the program, or after so long."""
+        runner = self._runner
+        if runner is None:
+            return
+        with contextlib.suppress(TimeoutError, RuntimeError):
+            asyncio.run_coroutine_threadsafe(self._stopped(), self._loop).result(seconds)
+
+    def note(self, text: str, level: Level = "note") -> None:
+        """Have people told something."""
+        self._soon(lambda: self._tell(text, level))
+
+    def _soon(self, act: Callable[[], object]) -> None:
+        if self._runner is not None:
+            with contextlib.suppress(RuntimeError):  # it has just been closed
+                self._loop.call_soon_threadsafe(act)
+
+    # ------------------------------------------------------------------ in the robot's thread
+
+    async def _connect(self) -> None:
+        from turtlewire.connect import connect_async
+
+        self._loop = asyncio.get_running_loop()
+        self._wake = asyncio.Event()
+        ear = Ear(self._target, self._pace)
+        robot: AsyncRobot = await connect_async(
+            self._target, notify=self._warn, announce=self._announce, wrap=ear
+        )
+        self._robot = robot
+        self._walter = robot if isinstance(robot, AsyncWalter) else None
+        self._sight = Sight(robot, ear, is_seen=self._target.is_simulated)
+        self.features, self.obstacles = robot.features, self._sight.obstacles
+        self._carried_out: Wish | None = None
+        self._is_driven = False
+        self._is_sure = True
+        self._horn = False
+        self._stood_s = self._checked_s = time.monotonic()
+        self._asking: asyncio.Task[None] | None = None
+        self._stopping: set[asyncio.Task[None]] = set()
+        self._look()
+        self._tasks = [self._serving(self._work(), "helm"), self._serving(self._keep_looking(), "view")]
+
+    def _serving(self, coroutine: Any, name: str) -> asyncio.Task[None]:
+        task: asyncio.Task[None] = asyncio.create_task(coroutine, name=f"turtlewire {name}")
+        task.add_done_callback(self._ended)
+        return task
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        """Only what nobody has thought of ends one of these tasks."""
+        if not task.cancelled() and task.exception() is not None:
+            self.failure = self.failure or task.exception()
+            self._stop_now()
+
+    async def _close(self) -> None:
+        await self._end(*self._tasks)
+        await self._end_asking()
+        try:
+            if self._horn:
+                with contextlib.suppress(TurtlewireError, TimeoutError):
+                    await self._robot.stop()
+                    async with asyncio.timeout(SILENCE_S):
+                        await self._robot.horn("off")
+        finally:
+            await self._robot.close(finish=False)
+            self._look()
+
+    async def _end(self, *tasks: asyncio.Task[None]) -> None:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _stop_now(self) -> None:
+        self._wish = self._wish._replace(until=-math.inf)
+        self.refused = self._wish.number
+        self._orders.clear()
+        task = asyncio.create_task(self._stopped(), name="turtlewire stop")
+        self._stopping.add(task)
+        task.add_done_callback(self._stopping.discard)
+
+    async def _stopped(self) -> None:
+        self._stands()
+        self._is_sure = True
+        with contextlib.suppress(TurtlewireError):  # who serves the robot hears of it, too
+            await self._robot.stop()
+
+    # ------------------------------------------------------------------ what is wished
+
+    async def _work(self) -> None:
+        while self.failure is None:
+            wish = self._wish
+            try:
+                goes_on = await self._next(wish)
+            except StoppedError:
+                self._stands()
+            except LinkClosedError as error:
+                self.failure = error
+                self._tell(str(error), "error")
+            except TurtlewireError as error:
+                self._trouble(error, wish)
+            else:
+                if not goes_on:
+                    await self._wait()
+
+    async def _next(self, wish: Wish) -> bool:
+        """Do what has to be done next; False: nothing has."""
+        now = time.monotonic()
+        moves = wish.moves and now < wish.until and wish.number != self.refused
+        if self._is_driven and not moves:
+            await self._halt()
+            self._stands()
+        elif self._orders:
+            await self._end_asking()
+            await self._carry_out(self._orders.popleft())
+        elif wish.horn != self._horn and "horn" in self.features:
+            await self._sound(on=wish.horn and now < wish.until)
+        elif moves and wish is not self._carried_out:
+            await self._end_asking()
+            self._is_driven, self._carried_out = True, wish
+            valid_s = min(wish.until - now, LATCHED_S) + MARGIN_S
+            await self._robot.drive(wish.speed, wish.turn, valid_s=valid_s)
+        elif not self._is_sure and now >= self._stood_s + SURE_S:
+            self._is_sure = True
+            await self._halt_again()
+        elif not self._is_driven and now >= self._check_due():
+            self._checked_s = now
+            await self._check()
+        else:
+            return False
+        return True
+
+    async def _wait(self) -> None:
+        """Until something new comes, or something is due."""
+        due = self._check_due()
+        if self._is_driven:
+            due = self._wish.until
+        elif not self._is_sure:
+            due = self._stood_s + SURE_S
+        timeout = None if due == math.inf else max(0.0, due - time.monotonic())
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                await self._wake.wait()
+        self._wake.clear()
+
+    def _stands(self) -> None:
+        """The robot was told to stand."""
+        self._is_driven = self._is_sure = False
+        self._carried_out = None
+        self._stood_s = time.monotonic()
+        self._sight.is_told = False
+
+    async def _halt(self) -> None:
+        await self._robot.drive(0.0, 0.0)
+
+    async def _halt_again(self) -> None:
+        if self._walter is not None:
+            await self._walter.stop()  # from whatever state a lost byte may have left it in (W8)
+        else:
+            await self._halt()
+
+    # ------------------------------------------------------------------ while it stands
+
+    def _check_due(self) -> float:
+        """When to see whether the robot is still there, and where."""
+        if self._walter is not None and self._checked_s < self._stood_s:
+            return self._stood_s + ASK_S
+        return self._checked_s + CHECK_S
+
+    async def _check(self) -> None:
+        if self._walter is None:
+            await self._halt()  # a set-point that is repeated: a car answers it
+        elif "Q" in self._walter.groups:
+            await self._end_asking()
+            self._asking = asyncio.create_task(self._ask(self._walter), name="turtlewire asking")
+
+    async def _ask(self, robot: AsyncWalter) -> None:
+        """Where is the robot? A wish does not wait for that."""
+        wish = self._wish
+        try:
+            self._sight.told(await robot.reported_pose())
+        except StoppedError:
+            pass
+        except TurtlewireError as error:
+            self._trouble(error, wish)
+
+    async def _end_asking(self) -> None:
+        task, self._asking = self._asking, None
+        if task is not None:
+            await self._end(task)
+
+    # ------------------------------------------------------------------ orders
+
+    async def _carry_out(self, order: Order) -> None:
+        robot = self._robot
+        match order.action:
+            case Action.LAMP:
+                if self._has("lamp", "lights"):
+                    await self._make_way()
+                    await robot.lamp(not self._sight.lamp)
+                    self._sight.lamp = not self._sight.lamp
+            case Action.PEN:
+                if self._has("pen", "pen"):
+                    await (robot.pen_up() if robot.is_pen_down else robot.pen_down())
+                    self._carried_out = None  # the wheels stood meanwhile
+            case Action.RESUME:
+                if robot.link_state == "stopped":
+                    await robot.resume()
+                    self._tell("driving again", "note")
+            case _:
+                await self._press(order)
+
+    async def _press(self, order: Order) -> None:
+        """WALTER's own keys. A speed that is set while it stands goes out with the key that starts it."""
+        from turtlewire.protocols.walter import messages
+
+        keys = {
+            Action.RAISE_PEN: messages.RaisePen,
+            Action.LOWER_PEN: messages.LowerPen,
+            Action.MOVE_FASTER: messages.MoveFaster,
+            Action.MOVE_SLOWER: messages.MoveSlower,
+            Action.TURN_FASTER: messages.TurnFaster,
+            Action.TURN_SLOWER: messages.TurnSlower,
+        }
+        moves_pen = order.action in (Action.RAISE_PEN, Action.LOWER_PEN)
+        if self._walter is not None and order.action in keys and (moves_pen or self._is_driven):
+            await self._walter.press(keys[order.action]())
+            if not self._is_driven:
+                self._stands()
+
+    async def _sound(self, *, on: bool) -> None:
+        if on == self._horn:
+            return
+        await self._end_asking()
+        await self._make_way()
+        self._horn = self._sight.horn = on
+        await self._robot.horn("low" if on else "off")
+
+    async def _make_way(self) -> None:
+        """For its lamp and its horn WALTER leaves direct control, and so stops; it goes on with the next key."""
+        if self._walter is not None and self._is_driven:
+            await self._halt()
+            self._stands()
+            self.refused = self._wish.number
+
+    def _has(self, feature: str, name: str) -> bool:
+        if feature in self.features:
+            return True
+        self._tell(f"this robot has no {name}", "note")
+        return False
+
+    # ------------------------------------------------------------------ what people are told
+
+    def _trouble(self, error: TurtlewireError, wish: Wish) -> None:
+        """Whatever it is, the robot stands; what was wished meanwhile has to be wished for anew."""
+        self._stands()
+        self._is_sure = True
+        self.refused = wish.number
+        self._carried_out = None
+        if isinstance(error, LimitReachedError):
+            way = {"front": "back", "back": "ahead"}.get(error.sensor, "ahead or back, or turn")
+            self._tell(
+                f"{error.sensor} limit: something is in the way at x {error.x_mm:.0f}, y {error.y_mm:.0f} mm. "
+                f"The robot stands; drive it {way}",
+                "warning",
+            )
+        elif not isinstance(error, LinkLostError):
+            self._tell(str(error), "error")
+
+    def _warn(self, text: str) -> None:
+        self._tell(text, "warning")
+
+    def _tell(self, text: str, level: Level) -> None:
+        sight = getattr(self, "_sight", None)
+        self._notices.append(Notice(sight.elapsed_s if sight else 0.0, level, text))
+
+    def _look(self) -> None:
+        self.view = self._sight.look(tuple(self._notices), is_over=self.failure is not None)
+
+    async def _keep_looking(self) -> None:
+        while True:
+            self._look()
+            await asyncio.sleep(LOOK_S)

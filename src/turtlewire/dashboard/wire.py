@@ -1,0 +1,203 @@
+"""What passes over the wire, decoded: the last messages of both sides, and how long answers take."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple
+
+from turtlewire.links.link import Link
+from turtlewire.protocols import forms
+from turtlewire.protocols.catalogue import Packet
+from turtlewire.protocols.message import Decoded
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from turtlewire.protocols.catalogue import Codec, Sender
+    from turtlewire.protocols.message import AnyMessage
+    from turtlewire.protocols.stream import Decoder, Item
+
+MAX_LINES = 60
+# The same again within this time is counted rather than shown again, seconds.
+AGAIN_S = 1.0
+# A question that is not answered for so long will not be; and so many wait for their answers at most.
+GIVEN_UP_S = 3.0
+MAX_QUESTIONS = 64
+# The longest round trip of the last so many is told.
+TRIPS = 50
+
+
+class Line(NamedTuple):
+    """A message, or the same one some times within a moment.
+
+    Attributes:
+        time_s, last_s: when it passed first, and last, since the link was opened.
+        sender: who said it.
+        text: what; of some that differ, the last.
+        times: how often.
+        about: what they have in common.
+    """
+
+    time_s: float
+    sender: Sender
+    text: str
+    times: int
+    last_s: float
+    about: str
+
+
+class RoundTrip(NamedTuple):
+    """How long the last answer took, and the slowest of the last ones, seconds."""
+
+    last_s: float
+    worst_s: float
+
+
+class Messages:
+    """Decodes both directions, and keeps the last of what they said.
+
+    Args:
+        codec: of the protocol.
+        is_question: whether the robot answers this.
+        phrases: what the host says in one breath, from whatever state, and what it means.
+    """
+
+    def __init__(
+        self, codec: Codec, is_question: Callable[[AnyMessage], bool], phrases: Mapping[bytes, str]
+    ) -> None:
+        self._decoders: dict[Sender, Decoder] = {s: codec.decoder(s) for s in ("host", "robot")}
+        self._is_question = is_question
+        # The longest first: one may begin with another.
+        self._phrases = dict(sorted(phrases.items(), key=lambda phrase: -len(phrase[0])))
+        self._lines: deque[Line] = deque(maxlen=MAX_LINES)
+        self._questions: deque[float] = deque(maxlen=MAX_QUESTIONS)
+        self._trips: deque[float] = deque(maxlen=TRIPS)
+
+    def lines(self) -> tuple[Line, ...]:
+        """The last messages, the oldest first."""
+        return tuple(self._lines)
+
+    @property
+    def round_trip(self) -> RoundTrip | None:
+        """None: nothing was answered yet."""
+        return RoundTrip(self._trips[-1], max(self._trips)) if self._trips else None
+
+    def passed(self, data: bytes, sender: Sender, now: float) -> None:
+        """Bytes passed; ``b""`` lets time pass."""
+        decoder = self._decoders[sender]
+        for phrase, meaning in self._phrases.items() if sender == "host" else ():
+            if data.startswith(phrase):
+                decoder.receive_data(phrase, now)
+                self._add(meaning, meaning, sender, now)
+                data = data[len(phrase) :]
+                break
+        for item in decoder.receive_data(data, now):
+            self._note(item, sender, now)
+
+    def _note(self, item: Item, sender: Sender, now: float) -> None:
+        if isinstance(item, Decoded):
+            if sender == "host" and self._is_question(item.message):
+                self._questions.append(now)
+            elif sender == "robot":
+                self._answered(now)
+        text = _says(item)
+        # What a robot tells again and again differs each time: the newest will do.
+        about = text if sender == "host" else _about(item)
+        self._add(text, about, sender, now)
+
+    def _add(self, text: str, about: str, sender: Sender, now: float) -> None:
+        for index in range(len(self._lines) - 1, -1, -1):
+            line = self._lines[index]
+            if now - line.last_s > AGAIN_S:
+                break
+            if (line.sender, line.about) == (sender, about):
+                self._lines[index] = line._replace(text=text, last_s=now, times=line.times + 1)
+                return
+        self._lines.append(Line(now, sender, text, 1, now, about))
+
+    def _answered(self, now: float) -> None:
+        while self._questions and now - self._questions[0] > GIVEN_UP_S:
+            self._questions.popleft()
+        if self._questions:
+            self._trips.append(now - self._questions.popleft())
+
+    def forget_questions(self) -> None:
+        """What was asked will not be answered any more: it was taken back, or the link is another one."""
+        self._questions.clear()
+
+
+def _says(item: Item) -> str:
+    """Without the number of a frame, so that the same is the same."""
+    if isinstance(item, Decoded) and isinstance(item.message, Packet):
+        packet = item.message
+        return (
+            "; ".join([*map(str, packet.messages), *(f"refused {message}" for message in packet.refused)])
+            or "empty frame"
+        )
+    return forms.says(item)
+
+
+def _about(item: Item) -> str:
+    """What kind of thing an item says."""
+    if not isinstance(item, Decoded):
+        return forms.says(item)
+    messages = item.message.messages if isinstance(item.message, Packet) else (item.message,)
+    return " ".join(message.name() for message in messages)
+
+
+class Tap(Link):
+    """A link, with somebody who listens.
+
+    Args:
+        link: the link.
+        messages: what is told of everything that passes.
+    """
+
+    def __init__(self, link: Link, messages: Messages) -> None:
+        self.url = link.url
+        self.in_background = link.in_background
+        self._link = link
+        self._messages = messages
+        self._started_s = link.now()
+
+    def now(self) -> float:
+        """The link's clock."""
+        return self._link.now()
+
+    def write(self, data: bytes) -> None:
+        """Hand over bytes."""
+        self._link.write(data)
+        self._messages.passed(data, "host", self._elapsed_s)
+
+    def write_urgent(self, data: bytes) -> None:
+        """Send bytes ahead of everything."""
+        self._link.write_urgent(data)
+        self._messages.forget_questions()
+        self._messages.passed(data, "host", self._elapsed_s)
+
+    async def read(self, until: float) -> bytes:
+        """Wait for bytes."""
+        data = await self._link.read(until)
+        self._messages.passed(data, "robot", self._elapsed_s)
+        return data
+
+    def wake(self) -> None:
+        """End a read that waits."""
+        self._link.wake()
+
+    async def close(self) -> None:
+        """Let go of the port."""
+        await self._link.close()
+
+    async def reopen(self) -> None:
+        """Open it again."""
+        await self._link.reopen()
+        self._messages.forget_questions()
+
+    async def sleep(self, until: float) -> None:
+        """Let time pass while the link is closed."""
+        await self._link.sleep(until)
+
+    @property
+    def _elapsed_s(self) -> float:
+        return self._link.now() - self._started_s
