@@ -14,7 +14,7 @@ from turtlewire.robots.timed.reckoning import STILL, Motion, Reckoning
 from turtlewire.robots.timed.timed_host import SetPointHost, TimedHost
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from turtlewire.errors import TurtlewireError
     from turtlewire.links.link import Link
@@ -262,8 +262,7 @@ class TimedMotions(ABC, Generic[EventT]):
             self._halt()
             self._ended_at = now + self._arrival_s
 
-        self._is_holding, self._ended_at = True, None
-        try:
+        with self._holding():
             self.account.begin(motion, await self._told(submit), is_drawn=is_drawn)
             # What ends it takes as long on the line as what began it.
             assert self._timed.sent_at is not None
@@ -271,6 +270,13 @@ class TimedMotions(ABC, Generic[EventT]):
             await self._until(lambda: self._ended_at is not None and self._machine.idle)
             self.account.end(self._timed.arrived_at + self._overrun_s)
             await self._pause(self._settle_s if settle_s is None else settle_s)
+
+    @contextlib.contextmanager
+    def _holding(self) -> Iterator[None]:
+        """A program of the turtle moves the robot, or lets it stand; however that ends, the robot does not go on."""
+        self._is_holding, self._ended_at = True, None
+        try:
+            yield
         except (StoppedError, LinkLostError):
             raise  # by somebody who has seen to it, and may be driving by hand already
         except BaseException:
@@ -306,7 +312,9 @@ class TimedMotions(ABC, Generic[EventT]):
             return
         self._timed.clear_alarm()
         self._is_driven = False
-        self.account.end(await self._told(self._halt))
-        await self._until(lambda: self._machine.idle)
-        await self._pause(self._settle_s)
+        with self._holding():
+            self._ended_at = await self._told(self._halt)
+            await self._until(lambda: self._machine.idle)
+            self.account.end(self._ended_at)
+            await self._pause(self._settle_s)
         self.account.settle()

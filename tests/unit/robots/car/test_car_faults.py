@@ -123,6 +123,34 @@ def test_s8_what_no_longer_is_wanted_is_not_sent_again(bench: MakeBench) -> None
     assert made.robot.drive == 0
 
 
+def test_s8_something_lost_while_a_program_takes_over_from_a_hand_is_an_error(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.drive(0.6, 0.6)
+    assert made.goes_on(0.5)
+    made.wire.forget()
+    made.wire.to_host = Damage(b"K", {0: b"F"})
+    fail(made, lambda: made.turtle.forward(200))
+    assert b"F169000" not in made.wire.bytes_sent  # what the hand wanted is not sent again
+
+
+def test_an_interrupt_while_a_program_takes_over_from_a_hand_stops_the_car(bench: MakeBench) -> None:
+    made = bench()
+    made.turtle.drive(0.6, 0.6, valid_s=1.0)
+    assert made.goes_on(0.5)
+
+    def interrupt(data: bytes) -> bytes:
+        if HALT in data:
+            raise KeyboardInterrupt
+        return data
+
+    made.wire.to_robot = interrupt
+    with pytest.raises(KeyboardInterrupt):
+        made.turtle.forward(200)
+    made.wire.to_robot = bytes
+    pass_time(made.robot, 1.0)
+    assert made.robot.drive == 0
+
+
 def test_s8_a_set_point_that_gets_lost_again_and_again_is_given_up(bench: MakeBench) -> None:
     made = bench(retries=2)
     made.wire.to_robot = lambda data: data.replace(b"F169000", b"?169000")
