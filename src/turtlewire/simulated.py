@@ -17,7 +17,13 @@ if TYPE_CHECKING:
     from turtlewire.turtle import Pose
 
 # What numbers among the settings of a simulated robot are annotated with, and read by.
-NUMBERS = {"int": int, "int | None": int, "float": float, "float | None": float}
+NUMBERS: dict[str, Callable[[str], Any]] = {
+    "int": int,
+    "int | None": int,
+    "float": float,
+    "float | None": float,
+    "bool": lambda text: configuration.YES_NO[text.lower()],
+}
 OTHERS = {
     "walter": ("arena", "start", "basic", "groups", "mode"),
     "simple": ("arena", "start"),
@@ -114,11 +120,13 @@ def _start(name: str, text: str) -> Pose:
         ) from None
 
 
-def _number(name: str, option: str, text: str, kind: type) -> Any:
+def _number(name: str, option: str, text: str, kind: Callable[[str], Any]) -> Any:
     try:
         return kind(text)
     except ValueError:
         raise UsageError(f"{name!r}: {option} is {text!r}, but must be a number") from None
+    except KeyError:
+        raise UsageError(f"{name!r}: {option} is {text!r}, but must be yes or no") from None
 
 
 def _other(name: str, option: str, text: str, overrides: dict[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from turtlewire.simulator.chassis import Wheels
 from turtlewire.simulator.drivetrain import Motor, Servo, SpeedCurve
 from turtlewire.simulator.rolling import RollingBody, RollingStatistics
 from turtlewire.simulator.settings import FULL_PWM, Action, BodySettings
+from turtlewire.trace import Trace
 
 if TYPE_CHECKING:
     from turtlewire.protocols.simple.messages import SimpleCommand
@@ -33,7 +34,9 @@ class CarSettings(BodySettings):
     Attributes:
         dead_pwm: 0..254; up to this PWM the motor does not turn.
         mm_per_s_per_pwm: speed for each unit of PWM beyond.
+        backward_factor: how fast it is backwards, as a part of that.
         lag_s: the motor's time constant: after so long, 63% of a change of speed has happened; 0: at once.
+        coast_s: the same when it is told to stand still; None: as ``lag_s``.
         wheelbase_mm: from the rear axle to the front axle.
         max_lock_deg: above 0, at most 80; the angle of the front wheels at 255.
         trim_deg: the angle of the front wheels at 0, clockwise: how far they are out of true, less than the lock.
@@ -47,7 +50,9 @@ class CarSettings(BodySettings):
     track_mm: float = 130.0
     dead_pwm: int = 40
     mm_per_s_per_pwm: float = 2.5
+    backward_factor: float = 1.0
     lag_s: float = 0.0
+    coast_s: float | None = None
     wheelbase_mm: float = 160.0
     max_lock_deg: float = 28.0
     trim_deg: float = 0.0
@@ -63,7 +68,7 @@ class CarSettings(BodySettings):
     @property
     def curve(self) -> SpeedCurve:
         """PWM to speed."""
-        return SpeedCurve(self.dead_pwm, self.mm_per_s_per_pwm)
+        return SpeedCurve(self.dead_pwm, self.mm_per_s_per_pwm, self.backward_factor)
 
     def wheel_angle_deg(self, steer: float) -> float:
         """The angle of the front wheels, clockwise, at a steering of -255 (left) .. 255 (right)."""
@@ -75,8 +80,8 @@ class CarSettings(BodySettings):
         return self.wheelbase_mm / tangent if tangent else math.inf
 
     def __post_init__(self) -> None:
-        self._require_above_0("mm_per_s_per_pwm", "wheelbase_mm")
-        self._require_0_or_more("lag_s")
+        self._require_above_0("mm_per_s_per_pwm", "backward_factor", "wheelbase_mm")
+        self._require_0_or_more("lag_s", *["coast_s"] * (self.coast_s is not None))
         self._require("dead_pwm", 0 <= self.dead_pwm < FULL_PWM, f"0 to {FULL_PWM - 1}")
         self._require("steer_deg_per_s", self.steer_deg_per_s > 0.0, "a number above 0, or infinite")
         self._require(
@@ -100,7 +105,7 @@ class CarDrivetrain:
         self.settings = settings
         self.drive: float = 0
         self.steer: float = 0
-        self.motor = Motor(settings.lag_s)
+        self.motor = Motor(settings.lag_s, settings.coast_s)
         self.servo = Servo(settings.steer_deg_per_s, settings.wheel_angle_deg(0))
 
     @property
@@ -141,6 +146,9 @@ class SimulatedCar(RollingBody[CarSettings]):
         self._rear = CarDrivetrain(settings)
         super().__init__(settings, self._rear)
         self._end = Robot(settings.extensions)
+        self._pen_down = settings.pen_down
+        # What was drawn, while it is not followed.
+        self._followed: Trace | None = None
 
     @property
     def drive(self) -> int:
@@ -164,8 +172,39 @@ class SimulatedCar(RollingBody[CarSettings]):
         return (left + right) / 2.0
 
     @property
+    def wheels_deg(self) -> float:
+        """The angle of its front wheels now, clockwise."""
+        return self._rear.servo.at(self._elapsed_s) if self._leg else self._rear.servo.angle
+
+    @property
+    def trace(self) -> Trace:
+        """Where it truly went, as far as it is followed: see ``follow``."""
+        return super().trace if self._followed is None else self._followed
+
+    def follow(self, *, pen_down: bool | None) -> None:
+        """From now on its way is drawn as with a pen that is up or down; None: not at all, until it is again.
+
+        A car has no pen. Whoever sees it can draw where it goes, and leave out how it manoeuvres.
+        """
+        self._draw()
+        if pen_down is None:
+            if self._followed is None:
+                self._followed, self._trace = self._trace, Trace(self.pose)
+            return
+        if self._followed is not None:
+            self._trace, self._followed = self._followed, None
+            self._trace.move(self.pose, pen_down=pen_down)
+        self._pen_down = pen_down
+
+    def clear_trace(self) -> None:
+        """A new sheet."""
+        super().clear_trace()
+        if self._followed is not None:
+            self._followed = Trace(self.pose)
+
+    @property
     def _inks(self) -> bool:
-        return self.settings.pen_down
+        return self._pen_down
 
     @property
     def _malformed(self) -> int:

@@ -19,26 +19,35 @@ class SpeedCurve(NamedTuple):
     Attributes:
         dead_pwm: 0..254; up to this PWM it does not move.
         mm_per_s_per_pwm: speed for each unit of PWM beyond.
+        backward_factor: what it makes of it backwards, as a part of that.
     """
 
     dead_pwm: int
     mm_per_s_per_pwm: float
+    backward_factor: float = 1.0
 
     def speed_mm_per_s(self, pwm: float) -> float:
         """The speed at a PWM of -255..255; negative ones go backwards."""
         beyond = max(0.0, abs(pwm) - self.dead_pwm)
-        return math.copysign(beyond * self.mm_per_s_per_pwm, pwm)
+        speed = beyond * self.mm_per_s_per_pwm
+        return speed if pwm >= 0 else -speed * self.backward_factor
 
 
 class Motor:
     """A motor that follows its target with a lag (first order: after ``lag_s``, 63% of a change).
 
+    Args:
+        lag_s: when it is told a speed.
+        coast_s: when it is told to stand still; None: the same.
+
     Attributes:
+        lag_s: the lag of what it does now.
         speed: mm/s, now.
         target: mm/s, where it is going for.
     """
 
-    def __init__(self, lag_s: float = 0.0) -> None:
+    def __init__(self, lag_s: float = 0.0, coast_s: float | None = None) -> None:
+        self._lags_s = (lag_s if coast_s is None else coast_s, lag_s)
         self.lag_s = lag_s
         self.speed = 0.0
         self.target = 0.0
@@ -46,6 +55,7 @@ class Motor:
     def set_target(self, target: float) -> None:
         """Go for another speed from now on."""
         self.target = target
+        self.lag_s = self._lags_s[target != 0.0]
         if not self.lag_s:
             self.speed = target
 

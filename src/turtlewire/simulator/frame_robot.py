@@ -44,8 +44,12 @@ class FrameRobotSettings(BodySettings):
         timeout_s: a partial frame is given up after a pause this long (F5).
         dead_pwm: 0..254; up to this speed on the wire an engine does not turn.
         mm_per_s_per_pwm: speed of a wheel for each unit beyond.
+        backward_factor: how fast it is backwards, as a part of that.
         right_factor: what the right engine makes of it, as a part of the left one's: no two engines are the same.
+        left_engine, right_engine: the engines' numbers, below how many there are.
+        left_reversed, right_reversed: whether that engine drives ahead when it is told to go backward.
         lag_s: the engines' time constant: after so long, 63% of a change of speed has happened; 0: at once.
+        coast_s: the same when they are told to stand still; None: as ``lag_s``.
         servo_deg_per_s: how fast servos turn; infinite: they are there at once.
         servo_deg: 0..180, where all servos are at power-on, unless it is the pen's: that one is up.
         pen_servo: the number of the servo that holds the pen; None: it has no pen.
@@ -61,8 +65,14 @@ class FrameRobotSettings(BodySettings):
     timeout_s: float = INTER_BYTE_S
     dead_pwm: int = 30
     mm_per_s_per_pwm: float = 1.6
+    backward_factor: float = 1.0
     right_factor: float = 1.0
+    left_engine: int = 0
+    right_engine: int = 1
+    left_reversed: bool = False
+    right_reversed: bool = False
     lag_s: float = 0.0
+    coast_s: float | None = None
     servo_deg_per_s: float = 300.0
     servo_deg: float = 90.0
     pen_servo: int | None = 0
@@ -75,11 +85,15 @@ class FrameRobotSettings(BodySettings):
     @property
     def curve(self) -> SpeedCurve:
         """The left engine's speed on the wire to mm/s."""
-        return SpeedCurve(self.dead_pwm, self.mm_per_s_per_pwm)
+        return SpeedCurve(self.dead_pwm, self.mm_per_s_per_pwm, self.backward_factor)
 
     def __post_init__(self) -> None:
-        self._require_above_0("timeout_s", "mm_per_s_per_pwm", "right_factor", "mm_per_tick", "battery_v")
-        self._require_0_or_more("lag_s")
+        self._require_above_0("timeout_s", "mm_per_s_per_pwm", "right_factor", "backward_factor")
+        self._require_above_0("mm_per_tick", "battery_v")
+        self._require_0_or_more("lag_s", *["coast_s"] * (self.coast_s is not None))
+        for name in ("left_engine", "right_engine"):
+            self._require(name, 0 <= getattr(self, name) <= 255, "from 0 to 255")
+        self._require("right_engine", self.left_engine != self.right_engine, "another than the left one")
         self._require("dead_pwm", 0 <= self.dead_pwm < FULL_PWM, f"0 to {FULL_PWM - 1}")
         self._require("servo_deg_per_s", self.servo_deg_per_s > 0.0, "a number above 0, or infinite")
         for name in ("servo_deg", "pen_up_deg", "pen_down_deg"):
@@ -109,8 +123,8 @@ class TwoEngines:
         self.settings = settings
         self.wanted: tuple[float, float] = (0, 0)
         self.is_speed = False
-        self.left = Motor(settings.lag_s)
-        self.right = Motor(settings.lag_s)
+        self.left = Motor(settings.lag_s, settings.coast_s)
+        self.right = Motor(settings.lag_s, settings.coast_s)
 
     @property
     def is_settled(self) -> bool:
@@ -254,7 +268,7 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
                     speed = -values["speed"] if name == "engine_backward" else values["speed"]
                     if is_speed:
                         wanted, is_speed = (0, 0), False
-                    wanted = _replaced(wanted, values["engine_id"], speed)
+                    wanted = self._with_engine(wanted, values["engine_id"], speed)
                 case "set_wheel_speeds":
                     wanted, is_speed = (values["left_mm_per_s"], values["right_mm_per_s"]), True
                 case "set_servo_position":
@@ -264,6 +278,15 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
                 case name:
                     self.last[name] = message
         self._drive(wanted, is_speed=is_speed)
+
+    def _with_engine(self, wanted: tuple[float, float], number: int, speed: float) -> tuple[float, float]:
+        """What the wheels are told, with that of one engine changed; another one turns none of them."""
+        settings = self.settings
+        if number == settings.left_engine:
+            return (-speed if settings.left_reversed else speed, wanted[1])
+        if number == settings.right_engine:
+            return (wanted[0], -speed if settings.right_reversed else speed)
+        return wanted
 
     def _drive(self, wanted: tuple[float, float], *, is_speed: bool) -> None:
         engines = self._engines
@@ -349,13 +372,6 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
             return NOTHING_IN_SIGHT_MM
         from_rim_mm = ray.distance_mm + BEAM_MM - self.settings.radius_mm
         return max(0, min(NOTHING_IN_SIGHT_MM - 1, math.floor(from_rim_mm + 0.5)))
-
-
-def _replaced(pair: tuple[float, float], index: int, value: float) -> tuple[float, float]:
-    """The pair with another left (0) or right (1); there are no engines but these."""
-    if index > 1:
-        return pair
-    return (value, pair[1]) if index == 0 else (pair[0], value)
 
 
 def _wrapped(ticks: int) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from turtlewire.drive import checked
 from turtlewire.errors import MessageError, NoReplyError, NotSupportedError, PoseUncertainError
@@ -25,17 +25,24 @@ from turtlewire.robots.car.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.car.turning import Turning
 from turtlewire.robots.timed.driver import AsyncTimedRobot, check, check_hold, check_valid_s
 from turtlewire.robots.timed.reckoning import Motion
+from turtlewire.trace import Paper
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
-    from turtlewire.trace import Paper, Trace
 
 # Less is not worth a multi-point turn: the clocks of hosts leave about that much.
 WORTH_DEG = 0.25
 # A way back into step takes less than this, if the robot answers at all; at 9600 baud it is half a second.
 PARTING_S = 1.5
+
+
+class Road(Paper, Protocol):
+    """The ground around a car that can be seen."""
+
+    def follow(self, *, pen_down: bool | None) -> None:
+        """From now on its way is drawn, as with a pen that is up or down; None: not at all."""
 
 
 class AsyncCar(AsyncTimedRobot[Event]):
@@ -49,7 +56,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
         link: to the car; the driver owns it from here on.
         settings: how to drive it.
         notify: told, in a sentence for people, what they should know and what is no error.
-        paper: the ground around the car, where that can be seen (a simulated car).
+        paper: the ground around the car, where that can be seen (a simulated car): it shows where the turtle truly
+            went. How the car manoeuvres in a multi-point turn is not shown, no more than any turn on the spot.
     """
 
     def __init__(
@@ -57,9 +65,10 @@ class AsyncCar(AsyncTimedRobot[Event]):
         link: Link,
         settings: Settings = DEFAULTS,
         notify: Callable[[str], None] = lambda _: None,
-        paper: Paper | None = None,
+        paper: Road | None = None,
     ) -> None:
         self._settings = settings.checked()
+        self._road = paper
         self._calibration = settings.calibration
         self._straight = settings.calibration.straight
         self._turning = Turning(settings.calibration, settings.turn_space_mm)
@@ -220,14 +229,6 @@ class AsyncCar(AsyncTimedRobot[Event]):
     # ------------------------------------------------------------------ what is known
 
     @property
-    def trace(self) -> Trace:
-        """The way that the turtle went, by reckoning: a car's pen leaves no ink.
-
-        A multi-point turn is not in it, no more than a turn on the spot is in that of any turtle.
-        """
-        return self.account.trace
-
-    @property
     def turning_radius_mm(self) -> float:
         """The radius of the narrowest circle that the car can drive, of the middle of its rear axle."""
         return self._calibration.turning_radius_mm
@@ -296,6 +297,27 @@ class AsyncCar(AsyncTimedRobot[Event]):
         await self._steer_to(steer)
         motion, submit = self._moving(direction * length, steer)
         await self._hold(motion, abs(angle_deg / motion.turn_deg_per_s), submit, is_drawn=is_drawn)
+
+    async def _hold(
+        self,
+        motion: Motion,
+        seconds: float,
+        submit: Callable[[], None],
+        *,
+        is_drawn: bool = True,
+        settle_s: float | None = None,
+    ) -> None:
+        self._show(self.account.pen_down if is_drawn else None)
+        await super()._hold(motion, seconds, submit, is_drawn=is_drawn, settle_s=settle_s)
+
+    def _drive(self, motion: Motion, submit: Callable[[], None]) -> None:
+        self._show(self.account.pen_down)
+        super()._drive(motion, submit)
+
+    def _show(self, pen_down: bool | None) -> None:
+        """Have the way from now on drawn, where it can be seen."""
+        if self._road is not None:
+            self._road.follow(pen_down=pen_down)
 
     async def _move_robot(self, distance_mm: float) -> None:
         await self._steer_to(self._straight)
