@@ -27,11 +27,7 @@ def write(name: str, values: Mapping[str, Any]) -> list[Path]:
     Nothing is written unless the robot can be used then. Raises ``UsageError`` for a name or a line that means
     nothing, ``DataError`` for a file that is no TOML, ``OutputError`` for one that cannot be written.
     """
-    if not configuration.NAME.fullmatch(name):
-        raise UsageError(
-            f"{name!r} cannot be the name of a robot: that is a letter, then letters, digits, - and _; "
-            f"{', '.join(configuration.PROTOCOLS)}, pty, COM1 and the like mean something else"
-        )
+    check_name(name)
     file = configuration.path()
     document = _read(file)
     if name not in document:
@@ -58,6 +54,15 @@ def write(name: str, values: Mapping[str, Any]) -> list[Path]:
     for path, text in texts.items():
         _save(path, text)
     return list(texts)
+
+
+def check_name(name: str) -> None:
+    """Raises ``UsageError`` for what cannot be the name of a robot."""
+    if not configuration.NAME.fullmatch(name):
+        raise UsageError(
+            f"{name!r} cannot be the name of a robot: that is a letter, then letters, digits, - and _; "
+            f"{', '.join(configuration.PROTOCOLS)}, pty, COM1 and the like mean something else"
+        )
 
 
 def _save(file: Path, text: str) -> None:

@@ -89,7 +89,7 @@ class Findings(NamedTuple):
 
     Attributes:
         protocol: simple, frame or walter; empty: none of them was found.
-        baud: the rate; None: none was found, or the link has no rates.
+        baud: the rate of the robot, or of a text that something writes; None: not found, or the link has none.
         likelihood: how likely it is, 0 to 1; 1.0: it answered as only this protocol does.
         why: reasons, in words.
         facts: what is known of this protocol's robot.

@@ -130,6 +130,7 @@ class _Examiner:
         self._first_s: float | None = None
         self._first_said_s: float | None = None
         self._strange = ""
+        self._text_baud: int | None = None
         # What came in at the rate that is being tried.
         self._said = self._answers = b""
         # Why the port does not have that rate.
@@ -140,9 +141,10 @@ class _Examiner:
         try:
             found = yield from self._search()
         except _OverError as over:
-            found, self._strange = None, str(over)
+            found, self._strange, self._text_baud = None, str(over), None
         if found is None:
             return Findings(
+                baud=self._text_baud,
                 strange=self._strange,
                 rates=tuple(self._rates),
                 seconds=self._now_s,
@@ -256,7 +258,7 @@ class _Examiner:
         self._first_said_s = self._first_said_s or self._first_s
         if _is_text(self._said):
             # Whatever else is there has the same rate.
-            self._bauds = (baud,)
+            self._bauds, self._text_baud = (baud,), baud
             self._strange = f"something writes text{_at_rate(baud)}: {_excerpt(self._said)}"
             return None
         best = identification.best
