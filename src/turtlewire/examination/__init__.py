@@ -6,8 +6,9 @@ moves a robot, whatever its protocol, its rate and its state: docs/doctor.md, an
 """
 
 from turtlewire.examination.findings import Findings
-from turtlewire.examination.plan import Wanted, examination, listening
+from turtlewire.examination.listening import Listening
+from turtlewire.examination.plan import Wanted, examination
 from turtlewire.examination.probes import BAUDS
 from turtlewire.examination.pump import carry_out
 
-__all__ = ["BAUDS", "Findings", "Wanted", "carry_out", "examination", "listening"]
+__all__ = ["BAUDS", "Findings", "Listening", "Wanted", "carry_out", "examination"]

@@ -12,29 +12,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.examination import of_frame, of_simple, of_walter
 from turtlewire.examination.findings import AtRate, Findings, FrameFacts
+from turtlewire.examination.listening import FEW_BYTES, PAUSE_S, followed, is_text, unasked
 from turtlewire.examination.probes import FLUSH, byte_s, logo_probe, pause_s
 from turtlewire.examination.steps import Exchange, Heard, Plan, Tell, Tune
-from turtlewire.protocols.identify import identify
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from turtlewire.protocols.frame.dialect import Dialect
-    from turtlewire.protocols.identify import Identification
 
 # Before anything is sent at a rate. Longer than the pause after which a partial frame is given up (F5).
 QUIET_S = 0.25
-# How long a robot that says something unasked is listened to; as long again if that is promising.
-TALK_S = 1.0
-# Where something is known to talk, how long to wait for it at each rate.
-PAUSE_S = 0.6
-# More than this of anything is not needed.
-ENOUGH_BYTES = 4096
-# Fewer bytes than these are noise: an adapter that is switched on makes one or two.
-FEW_BYTES = 3
-# Text of this length that is readable was heard at its own rate.
-TEXT_BYTES = 24
-READABLE = frozenset(range(0x20, 0x7F)) | frozenset(b"\r\n\t")
 # How long the answer to the query may take. Longer than that of any robot that is not busy; and it has been stopped.
 ANSWER_S = 0.3
 
@@ -58,58 +46,6 @@ class Wanted(NamedTuple):
 def examination(wanted: Wanted) -> Plan[Findings]:
     """Find out what is at the other end."""
     return _Examiner(wanted).whole()
-
-
-def listening(bauds: tuple[int | None, ...], seconds: float) -> Plan[tuple[int | None, bytes]]:
-    """Listen at one rate after the other for so long, or until one is sure; nothing is sent.
-
-    Returns the rate at which most was understood, and what was heard there.
-    """
-    best: tuple[tuple[bool, bool, int], int | None, bytes] = ((False, False, 0), bauds[0], b"")
-    now_s = 0.0
-    while now_s < seconds:
-        for baud in bauds:
-            if baud is not None:
-                refused = yield Tune(baud)
-                if refused.refusal:
-                    now_s = refused.now_s
-                    continue
-            heard = yield from _unasked(min(PAUSE_S, seconds - now_s))
-            data, identification = heard.data, None
-            if len(data) >= FEW_BYTES:
-                heard, identification = yield from _followed(heard)
-                data = heard.data
-            is_sure = identification is not None and identification.is_sure
-            best = max(best, ((is_sure, _is_text(data), len(data)), baud, data), key=lambda known: known[0])
-            now_s = heard.now_s
-            if is_sure or now_s >= seconds:
-                return best[1:]
-    return best[1:]
-
-
-def _unasked(seconds: float) -> Plan[Heard]:
-    """What is said meanwhile."""
-    heard = yield Exchange(b"", seconds, lambda data: len(data) >= ENOUGH_BYTES)
-    return heard
-
-
-def _followed(heard: Heard) -> Plan[tuple[Heard, Identification]]:
-    """Something talks: what it says with that which comes next, and what all of it is."""
-    heard = yield from _more(heard)
-    identification = identify(heard.data)
-    if not identification.is_sure and identification.best.protocol != "none":
-        heard = yield from _more(heard)
-        identification = identify(heard.data)
-    return heard, identification
-
-
-def _more(heard: Heard) -> Plan[Heard]:
-    more = yield from _unasked(TALK_S)
-    return heard._replace(now_s=more.now_s, data=heard.data + more.data, took_s=heard.took_s + more.took_s)
-
-
-def _is_text(data: bytes) -> bool:
-    return len(data) >= TEXT_BYTES and READABLE.issuperset(data)
 
 
 class _OverError(Exception):
@@ -248,15 +184,15 @@ class _Examiner:
 
     def _listen(self, baud: int | None, seconds: float) -> Plan[Findings | None]:
         """Hear what is said unasked, and say what it is if that is plain."""
-        heard = yield from _unasked(seconds)
+        heard = yield from unasked(seconds)
         if len(heard.data) < FEW_BYTES:
             self._heard(heard)
             return None
-        heard, identification = yield from _followed(heard)
+        heard, identification = yield from followed(heard)
         self._heard(heard)
         self._said = heard.data
         self._first_said_s = self._first_said_s or self._first_s
-        if _is_text(self._said):
+        if is_text(self._said):
             # Whatever else is there has the same rate.
             self._bauds, self._text_baud = (baud,), baud
             self._strange = f"something writes text{_at_rate(baud)}: {_excerpt(self._said)}"
@@ -288,7 +224,7 @@ class _Examiner:
             what = found.protocol
         elif self._refusal:
             what = self._refusal
-        elif _is_text(self._said):
+        elif is_text(self._said):
             what = f"text: {_excerpt(self._said)}"
         elif said:
             what = "something talks, but not at this rate, or it is none of the protocols"
