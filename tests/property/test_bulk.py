@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,8 +14,12 @@ from turtlewire.protocols.simple import bulk as simple_bulk
 from turtlewire.protocols.simple import codec as simple
 from turtlewire.protocols.simple.messages import COMMANDS, SimpleCommand
 from turtlewire.protocols.walter import bulk as walter_bulk
+from turtlewire.protocols.walter import bulk_keys, bulk_lines
 from turtlewire.protocols.walter import codec as walter
 from turtlewire.protocols.walter.messages import ATTENTION, DIRECT_KEYS, LOGO_COMMANDS, ROBOT_MESSAGES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 class Servos(SimpleCommand, frozen=True):
@@ -59,6 +65,8 @@ walter_streams = st.lists(
     max_size=20,
 ).map(b"".join)
 
+block_sizes = st.sampled_from((0, 1, 2, 5, 9, 30))
+
 
 @settings(deadline=None)
 @given(simple_streams, st.sampled_from(((), (Servos,))))
@@ -73,17 +81,30 @@ def test_simple_replies(data: bytes) -> None:
     assert simple_bulk.decode_replies(data).items() == simple.ReplyDecoder().receive_data(data)
 
 
+@contextmanager
+def walter_blocks(size: int) -> Iterator[None]:
+    """Captures are worked on in blocks of so many bytes, if size is not 0."""
+    with pytest.MonkeyPatch.context() as patch:
+        if size:
+            patch.setattr(bulk_lines, "BLOCK", size)
+            patch.setattr(bulk_keys, "BLOCK", size)
+        yield
+
+
 @settings(deadline=None)
-@given(walter_streams, st.sampled_from(walter.Mode), st.frozensets(st.sampled_from("CQHE")))
-def test_walter_commands(data: bytes, mode: walter.Mode, groups: frozenset[str]) -> None:
+@given(walter_streams, st.sampled_from(walter.Mode), st.frozensets(st.sampled_from("CQHE")), block_sizes)
+def test_walter_commands(data: bytes, mode: walter.Mode, groups: frozenset[str], block: int) -> None:
     decoder = walter.CommandDecoder(mode, groups)
     items = decoder.receive_data(data)
-    capture = walter_bulk.decode_commands(data, mode, groups)
+    with walter_blocks(block):
+        capture = walter_bulk.decode_commands(data, mode, groups)
     assert capture.items() == items
     assert capture.mode is decoder.mode
 
 
 @settings(deadline=None)
-@given(walter_streams)
-def test_walter_replies(data: bytes) -> None:
-    assert walter_bulk.decode_replies(data).items() == walter.ReplyDecoder().receive_data(data)
+@given(walter_streams, block_sizes)
+def test_walter_replies(data: bytes, block: int) -> None:
+    with walter_blocks(block):
+        capture = walter_bulk.decode_replies(data)
+    assert capture.items() == walter.ReplyDecoder().receive_data(data)

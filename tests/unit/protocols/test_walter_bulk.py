@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from turtlewire.protocols.message import Decoded, Malformed
-from turtlewire.protocols.walter import bulk
-from turtlewire.protocols.walter.bulk import Capture, decode_commands, decode_replies
+from turtlewire.protocols.walter import bulk_keys, bulk_lines
+from turtlewire.protocols.walter.bulk import WalterCapture, decode_commands, decode_replies
 from turtlewire.protocols.walter.codec import CommandDecoder, Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     ATTENTION,
@@ -34,16 +34,18 @@ from turtlewire.protocols.walter.messages import (
 )
 
 
-def found(capture: Capture) -> dict[type[WalterMessage], tuple[Any, ...]]:
+def found(capture: WalterCapture) -> dict[type[WalterMessage], tuple[Any, ...]]:
     """Of the types of which there are any: the offsets, then each field's values."""
+    assert capture.offset.tolist() == sorted(capture.offset.tolist())
+    messages = {message_type: capture.of(message_type) for message_type in capture.types}
     return {
         message_type: (offset.tolist(), *(column.tolist() for column in fields.values()))
-        for message_type, (offset, fields) in capture.messages.items()
+        for message_type, (offset, fields) in messages.items()
         if len(offset)
     }
 
 
-def errors(capture: Capture) -> list[tuple[Any, ...]]:
+def errors(capture: WalterCapture) -> list[tuple[Any, ...]]:
     offset, length, reason, reasons = capture.errors
     texts = [reasons[index] for index in reason.tolist()]
     return list(zip(offset.tolist(), length.tolist(), texts, strict=True))
@@ -57,11 +59,11 @@ def test_lines_become_columns() -> None:
         GoTo: ([8], [-200], [300]),
         SetSpeed: ([19], [100]),
     }
-    assert set(capture.messages) == {*LOGO_COMMANDS, *DIRECT_KEYS}
-    columns = capture.messages[GoTo].fields
+    assert set(capture.types) == {*LOGO_COMMANDS, *DIRECT_KEYS}
+    columns = capture.fields[GoTo]
     assert list(columns) == ["x_half_mm", "y_half_mm"]
     assert columns["x_half_mm"].dtype == "i2"
-    assert capture.messages[Forward].fields["distance_half_mm"].dtype == "u2"
+    assert capture.fields[Forward]["distance_half_mm"].dtype == "u2"
     assert errors(capture) == []
     assert capture.mode is Mode.LOGO
 
@@ -175,8 +177,8 @@ def test_a_group_that_is_missing_is_unknown() -> None:
     capture = decode_commands(b"QH\rE1\r", groups=frozenset("Q"))
     assert found(capture) == {QueryHeading: ([0],)}
     assert errors(capture) == [(3, 3, "unknown letter 'E'")]
-    assert EmptyLine in capture.messages
-    assert not any(getattr(message_type, "GROUP", "") in {"C", "H", "E"} for message_type in capture.messages)
+    assert EmptyLine in capture.types
+    assert not any(getattr(message_type, "GROUP", "") in {"C", "H", "E"} for message_type in capture.types)
 
 
 def test_replies_become_columns() -> None:
@@ -187,7 +189,7 @@ def test_replies_become_columns() -> None:
         PenReply: ([9, 13, 17, 21], [1, 0, 1, 0]),
         EmptyLine: ([25],),
     }
-    assert set(capture.messages) == {*ROBOT_MESSAGES, EmptyLine}
+    assert set(capture.types) == {*ROBOT_MESSAGES, EmptyLine}
     assert errors(capture) == []
 
 
@@ -227,7 +229,8 @@ def stream(chance: random.Random, types: tuple[type[WalterMessage], ...], count:
 
 @pytest.mark.parametrize("block", [1, 7, 64, 1 << 17])
 def test_long_and_noisy_captures_in_blocks_of_any_size(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bulk, "BLOCK", block)
+    monkeypatch.setattr(bulk_lines, "BLOCK", block)
+    monkeypatch.setattr(bulk_keys, "BLOCK", block)
     chance = random.Random(block)
     count = min(block * 300, 1500)
     for types in (LOGO_COMMANDS, (*LOGO_COMMANDS, *DIRECT_KEYS)):
@@ -235,3 +238,8 @@ def test_long_and_noisy_captures_in_blocks_of_any_size(block: int, monkeypatch: 
         assert decode_commands(data).items() == CommandDecoder().receive_data(data)
     data = stream(chance, ROBOT_MESSAGES, count)
     assert decode_replies(data).items() == ReplyDecoder().receive_data(data)
+
+
+def test_a_block_may_end_within_the_first_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bulk_lines, "BLOCK", 2)
+    assert found(decode_commands(b"F\r\r\rPU\r")) == {Forward: ([0], [0x0D0D]), PenUp: ([4],)}

@@ -1,13 +1,13 @@
 from __future__ import annotations
 
 import random
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pytest
 
 from turtlewire.errors import UsageError
 from turtlewire.protocols.message import Decoded, Field, Malformed
-from turtlewire.protocols.simple.bulk import Capture, Messages, decode_commands, decode_replies
+from turtlewire.protocols.simple.bulk import decode_commands, decode_replies
 from turtlewire.protocols.simple.codec import CommandDecoder
 from turtlewire.protocols.simple.messages import (
     COMMANDS,
@@ -21,6 +21,9 @@ from turtlewire.protocols.simple.messages import (
     Stop,
 )
 
+if TYPE_CHECKING:
+    from turtlewire.protocols.columns import Capture, Messages
+
 
 class Servo(SimpleCommand, frozen=True):
     LETTER: ClassVar[bytes] = b"V"
@@ -33,7 +36,7 @@ def columns(messages: Messages) -> dict[str, list[int]]:
     return {name: column.tolist() for name, column in messages.fields.items()}
 
 
-def errors(capture: Capture) -> list[tuple[Any, ...]]:
+def errors(capture: Capture[Any]) -> list[tuple[Any, ...]]:
     found = capture.errors
     texts = [found.reasons[reason] for reason in found.reason.tolist()]
     return list(zip(found.offset.tolist(), found.length.tolist(), texts, strict=True))
@@ -41,14 +44,14 @@ def errors(capture: Capture) -> list[tuple[Any, ...]]:
 
 def test_commands_become_columns() -> None:
     capture = decode_commands(b"F255xyzS------L007000F000000H0190zz" + b"F12345")
-    assert set(capture.messages) == set(COMMANDS)
-    assert capture.messages[DriveForward].offset.tolist() == [0, 21]
-    assert columns(capture.messages[DriveForward]) == {"speed": [255, 0]}
-    assert capture.messages[DriveForward].fields["speed"].dtype == "u1"
-    assert capture.messages[Stop].offset.tolist() == [7]
-    assert columns(capture.messages[Stop]) == {}
-    assert columns(capture.messages[SteerLeft]) == {"lock": [7]}
-    assert list(columns(capture.messages[Headlights]).values()) == [[0], [1], [1], [0]]
+    assert set(capture.types) == set(COMMANDS)
+    assert capture.of(DriveForward).offset.tolist() == [0, 21]
+    assert columns(capture.of(DriveForward)) == {"speed": [255, 0]}
+    assert capture.of(DriveForward).fields["speed"].dtype == "u1"
+    assert capture.of(Stop).offset.tolist() == [7]
+    assert columns(capture.of(Stop)) == {}
+    assert columns(capture.of(SteerLeft)) == {"lock": [7]}
+    assert list(columns(capture.of(Headlights)).values()) == [[0], [1], [1], [0]]
     assert errors(capture) == []
 
 
@@ -65,7 +68,7 @@ def test_what_is_wrong_is_told_in_order_with_one_text_for_each_reason() -> None:
         (56, 7, "unknown letter 'f'"),
     ]
     assert len(capture.errors.reasons) == 6
-    assert capture.messages[Stop].offset.tolist() == [49]
+    assert capture.of(Stop).offset.tolist() == [49]
 
 
 def test_digits_in_front_of_what_is_wrong_are_no_reason() -> None:
@@ -76,8 +79,8 @@ def test_digits_in_front_of_what_is_wrong_are_no_reason() -> None:
 
 def test_an_extension_has_columns_too() -> None:
     capture = decode_commands(b"V900abcV901000V005000V004000", (Servo,))
-    assert columns(capture.messages[Servo]) == {"place": [900, 5]}
-    assert capture.messages[Servo].fields["place"].dtype == "u2"
+    assert columns(capture.of(Servo)) == {"place": [900, 5]}
+    assert capture.of(Servo).fields["place"].dtype == "u2"
     assert [at for at, *_ in errors(capture)] == [7, 21]
     assert [text for *_, text in errors(decode_commands(b"V900abc"))] == ["unknown letter 'V'"]
 
@@ -89,9 +92,9 @@ def test_an_extension_that_cannot_be_told_is_refused() -> None:
 
 def test_replies_become_columns() -> None:
     capture = decode_replies(b"KFxK\nx")
-    assert set(capture.messages) == set(REPLIES)
-    assert capture.messages[Accepted].offset.tolist() == [0, 3]
-    assert capture.messages[Rejected].offset.tolist() == [1]
+    assert set(capture.types) == set(REPLIES)
+    assert capture.of(Accepted).offset.tolist() == [0, 3]
+    assert capture.of(Rejected).offset.tolist() == [1]
     assert errors(capture) == [(2, 1, "no reply 'x'"), (4, 1, "no reply 0A"), (5, 1, "no reply 'x'")]
     assert len(capture.errors.reasons) == 2
 
