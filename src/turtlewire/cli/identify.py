@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from turtlewire.protocols.identify import Identification
 
 CANNOT_TELL = 1
+BAUD = 9600
 # While a port is listened to, a verdict is tried after so many bytes, and whenever twice as many have come.
 FIRST_TRY_BYTES = 32
 EXAMPLES = """\
@@ -33,6 +34,8 @@ examples:
       each direction of a recording of turtlewire monitor
   turtlewire identify /dev/ttyUSB0 --seconds 30
       listens, and sends nothing
+  turtlewire identify /dev/ttyUSB0 --baud auto
+      listens at one rate after the other; turtlewire doctor finds robots that only answer, too
 
 exit codes:
   0 it is one of the three, 1 none of them or too little to tell
@@ -53,7 +56,9 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "--seconds", metavar="N", type=options.positive, default=10.0, help="to listen at a port at most (10)"
     )
-    parser.add_argument("--baud", metavar="BAUD", type=int, default=9600, help="of a port (9600)")
+    parser.add_argument(
+        "--baud", metavar="BAUD", type=_baud, default=BAUD, help="of a port; auto: all that are usual (9600)"
+    )
     parser.add_argument("--hex", action="store_true", help="the file is hexadecimal text")
     parser.add_argument("--json", action="store_true", help="print a JSON object for each direction")
     parser.set_defaults(execute=execute)
@@ -63,16 +68,33 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Identify each direction."""
     from turtlewire.protocols.identify import identify
 
-    heard = _listened(arguments, signals) if _is_port(arguments.source) else _read(arguments)
+    baud = None
+    heard: dict[Sender | None, bytes]
+    if _is_port(arguments.source):
+        baud, data = _listened(arguments, signals)
+        heard = {None: data}
+    else:
+        heard = _read(arguments)
     is_sure = True
     for sender, data in heard.items():
         identification = identify(data)
         is_sure = is_sure and identification.is_sure
-        _tell(identification, sender, as_json=arguments.json)
+        _tell(identification, sender, baud, as_json=arguments.json)
     if signals.received:
         output.tell(f"turtlewire: interrupted ({signals.received})")
         return INTERRUPTED
     return 0 if is_sure else CANNOT_TELL
+
+
+def _baud(text: str) -> int | None:
+    """A rate, or None for all of them."""
+    import argparse
+
+    if text == "auto":
+        return None
+    if text.isascii() and text.isdigit() and 50 <= int(text) <= 4_000_000:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r}: write a number from 50 to 4000000, or auto")
 
 
 def _is_port(source: str) -> bool:
@@ -115,18 +137,57 @@ def _read(arguments: argparse.Namespace) -> dict[Sender | None, bytes]:
     return {sender: heard[sender] for sender in SENDERS if sender in heard} or {None: b""}
 
 
-def _listened(arguments: argparse.Namespace, signals: Signals) -> dict[Sender | None, bytes]:
-    """What comes in at a port, until that is enough."""
+def _listened(arguments: argparse.Namespace, signals: Signals) -> tuple[int | None, bytes]:
+    """What comes in at a port, until that is enough; and the rate, if that was to be found."""
     import asyncio
 
-    return {None: asyncio.run(_listen(arguments, signals))}
+    from turtlewire.links.port import Port
+
+    if arguments.baud is None and Port.parse(arguments.source).kind == "serial":
+        return _listened_around(arguments, signals)
+    return None, asyncio.run(_listen(arguments, signals))
+
+
+def _listened_around(arguments: argparse.Namespace, signals: Signals) -> tuple[int | None, bytes]:
+    """Listen at one rate after the other."""
+    import asyncio
+    import contextlib
+
+    from turtlewire.cli.doctor_report import rate
+    from turtlewire.examination import BAUDS, Listening, carry_out
+    from turtlewire.links.stream import open_port
+
+    listening = Listening(BAUDS, arguments.seconds)
+
+    async def listen() -> None:
+        task, loop = asyncio.current_task(), asyncio.get_running_loop()
+        assert task is not None
+        signals.then(lambda: loop.call_soon_threadsafe(task.cancel))
+        link = await open_port(arguments.source, baud=BAUDS[0])
+        output.tell(
+            f"listening at {link.url}, at one rate after the other, for about {arguments.seconds:g} seconds at most; "
+            "nothing is sent"
+        )
+        await carry_out(
+            listening.plan(), link, link.set_baud, lambda step: output.tell(f"{rate(step.baud)}  {step.what}")
+        )
+
+    try:
+        with contextlib.suppress(asyncio.CancelledError):
+            asyncio.run(listen())
+    except LinkClosedError:
+        if not listening.data:
+            raise
+    return listening.baud, listening.data
 
 
 async def _listen(arguments: argparse.Namespace, signals: Signals) -> bytes:
     from turtlewire.links.stream import open_port
 
     link = await open_port(
-        arguments.source, baud=arguments.baud, announce=lambda path: output.tell(f"the port is {path}")
+        arguments.source,
+        baud=arguments.baud or BAUD,
+        announce=lambda path: output.tell(f"the port is {path}"),
     )
     try:
         return await _gather(link, arguments.seconds, signals)
@@ -161,17 +222,21 @@ async def _gather(link: Link, seconds: float, signals: Signals) -> bytes:
     return data
 
 
-def _tell(identification: Identification, sender: Sender | None, *, as_json: bool) -> None:
+def _tell(identification: Identification, sender: Sender | None, baud: int | None, *, as_json: bool) -> None:
     """Say what it is: to programs everything, to people the best of it and what else it might be."""
     if as_json:
         verdicts = [
             {**verdict._asdict(), "settings": dict(verdict.settings)} for verdict in identification.verdicts
         ]
         form: dict[str, Any] = {"recorded_from": sender, "bytes": identification.size}
+        if baud is not None:
+            form["baud"] = baud
         output.write(json.dumps(form | {"is_sure": identification.is_sure, "verdicts": verdicts}) + "\n")
         return
     best, *others = identification.verdicts
     lines = [f"recorded from the {sender}:"] if sender is not None else []
+    if baud is not None and identification.size:
+        lines.append(f"at {baud} baud:")
     if identification.is_sure:
         who = f", from the {best.sender}" if best.sender else ", from either end"
         settings = "".join(f", {name} {value}" for name, value in best.settings.items())
