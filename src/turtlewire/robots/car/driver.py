@@ -346,7 +346,9 @@ class AsyncCar(AsyncTimedRobot[Event]):
 
     async def _move_pen(self, *, down: bool) -> None:
         if self._settings.pen_light:
-            await self.headlights(left_upper=False, left_lower=down, right_upper=False, right_lower=down)
+            # Also before motion is allowed to go on.
+            self._host.submit(Headlights(False, down, False, down))
+            await self._until(lambda: self._host.idle)
 
     # ------------------------------------------------------------------ set-points
 

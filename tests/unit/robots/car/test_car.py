@@ -370,6 +370,24 @@ def test_a_link_that_ends_while_the_car_drives(bench: MakeBench) -> None:
         asyncio.run(drive())
 
 
+def test_a_car_whose_pen_is_a_light_goes_on_after_its_link_was_lost() -> None:
+    async def drive() -> None:
+        robot = SimulatedCar()
+        link = FaultyLink(MemoryLink(robot), Faults(close_at_s=1.0))
+        async with AsyncCar(link, Settings(pen_light=True)) as car:
+            await car.connect()
+            with pytest.raises(LinkLostError):
+                await car.forward(1000)
+            await car.reconnected()
+            await car.resume()
+            assert robot.lights == (False, True, False, True)
+            stood = robot.pose
+            await car.forward(50)
+            assert stood.distance_to(*robot.pose[:2]) == pytest.approx(50.0, abs=0.1)
+
+    asyncio.run(drive())
+
+
 def test_the_asynchronous_car_over_a_real_pty() -> None:
     async def draw() -> tuple[Pose, Pose, int]:
         robot = SimulatedCar(CarSettings(baud=None))
