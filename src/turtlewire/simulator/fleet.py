@@ -240,6 +240,7 @@ def _targets(kinds: Kinds, state: State) -> tuple[Floats, Floats, Floats]:
     strength = 1.0 - kinds.sag * np.minimum(1.0, state.used_s / kinds.battery_s)
     first, second = (
         np.copysign(np.maximum(0.0, np.abs(value) - kinds.dead), value)
+        * np.where(value < 0.0, kinds.backward, 1.0)
         for value in (state.first, state.second)
     )
     is_car, is_walter = kinds.kind == CAR, kinds.kind == WALTER
@@ -254,10 +255,10 @@ def _wheels(
     kinds: Kinds, state: State, targets: tuple[Floats, Floats, Floats], seconds: Floats
 ) -> tuple[Floats, Floats]:
     """The mean speeds of the wheels in the coming time (``Drivetrain.mean``)."""
-    lags = kinds.lag_s > 0.0
-    part = np.where(lags, -np.expm1(-seconds / np.where(lags, kinds.lag_s, 1.0)) * kinds.lag_s / seconds, 0.0)
-    first = targets[0] + (state.left - targets[0]) * part
-    second = targets[1] + (state.right - targets[1]) * part
+    first, second = (
+        target + (speed - target) * _lagging(_lag_s(kinds, target), seconds)
+        for target, speed in zip(targets, (state.left, state.right), strict=False)
+    )
     to_go = targets[2] - state.steer_deg
     turning = np.minimum(seconds, np.abs(to_go) / kinds.steer_deg_per_s)
     at_end = state.steer_deg + np.copysign(np.where(to_go == 0.0, 0.0, _slew(kinds, turning)), to_go)
@@ -268,6 +269,16 @@ def _wheels(
     left = np.where(is_car, first * (1.0 + half), np.where(is_walter, first + second, first))
     right = np.where(is_car, first * (1.0 - half), np.where(is_walter, first - second, second))
     return left, right
+
+
+def _lag_s(kinds: Kinds, target: Floats) -> Floats:
+    return np.where(target == 0.0, kinds.coast_s, kinds.lag_s)
+
+
+def _lagging(lag_s: Floats, seconds: Floats) -> Floats:
+    """The mean part of a change of speed that is yet to come, in the coming time."""
+    lags = lag_s > 0.0
+    return np.where(lags, -np.expm1(-seconds / np.where(lags, lag_s, 1.0)) * lag_s / seconds, 0.0)
 
 
 def _slew(kinds: Kinds, seconds: Floats) -> Floats:
@@ -283,9 +294,10 @@ def _advance(
     seconds: Floats,
 ) -> None:
     """Time has passed for motors, steering and battery (``Drivetrain.advance``)."""
-    lags = kinds.lag_s > 0.0
-    stays = np.where(lags, np.exp(-seconds / np.where(lags, kinds.lag_s, 1.0)), 0.0)
     for column, was, target in zip((state.left, state.right), before, targets, strict=False):
+        lag_s = _lag_s(kinds, target)
+        lags = lag_s > 0.0
+        stays = np.where(lags, np.exp(-seconds / np.where(lags, lag_s, 1.0)), 0.0)
         speed = target + (was - target) * stays
         column[:] = np.where(np.abs(speed - target) < SETTLED_MM_PER_S, target, speed)
     to_go = targets[2] - before[2]

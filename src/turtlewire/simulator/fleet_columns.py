@@ -51,7 +51,9 @@ class Kinds(Columns):
     second_per_unit: Floats  # of the second one: mm/s (frame), degrees/s (WALTER), degrees of lock (car)
     trim_deg: Floats
     steer_deg_per_s: Floats
+    backward: Floats  # the part of the speed that it has backwards
     lag_s: Floats
+    coast_s: Floats  # the lag when it is told to stand still
     sag: Floats
     battery_s: Floats
     slip: Floats
@@ -75,7 +77,9 @@ def _row(settings: AnySettings) -> dict[str, float]:
         "dead": 0.0,
         "trim_deg": 0.0,
         "steer_deg_per_s": np.inf,
+        "backward": 1.0,
         "lag_s": 0.0,
+        "coast_s": 0.0,
         "sag": settings.sag,
         "battery_s": settings.battery_s,
         "slip": settings.slip,
@@ -90,7 +94,7 @@ def _row(settings: AnySettings) -> dict[str, float]:
             "second_per_unit": settings.max_lock_deg / FULL_SPEED,
             "trim_deg": settings.trim_deg,
             "steer_deg_per_s": settings.steer_deg_per_s,
-            "lag_s": settings.lag_s,
+            **_motors(settings),
         }
     if isinstance(settings, FrameRobotSettings):
         return row | {
@@ -98,11 +102,19 @@ def _row(settings: AnySettings) -> dict[str, float]:
             "dead": settings.dead_pwm,
             "mm_per_s": settings.mm_per_s_per_pwm,
             "second_per_unit": settings.mm_per_s_per_pwm * settings.right_factor,
-            "lag_s": settings.lag_s,
+            **_motors(settings),
         }
     return row | {
         "mm_per_s": settings.mm_per_s_per_unit,
         "second_per_unit": settings.deg_per_s_per_unit,
+    }
+
+
+def _motors(settings: CarSettings | FrameRobotSettings) -> dict[str, float]:
+    return {
+        "backward": settings.backward_factor,
+        "lag_s": settings.lag_s,
+        "coast_s": settings.lag_s if settings.coast_s is None else settings.coast_s,
     }
 
 

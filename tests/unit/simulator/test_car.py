@@ -148,6 +148,44 @@ def test_the_motor_lags(run: Run) -> None:
     assert robot.next_event() == math.inf
 
 
+def test_backwards_it_may_be_slower(run: Run) -> None:
+    robot = car(backward_factor=0.5)
+    run(robot, b"B255000", 1.0)
+    assert robot.pose.y_mm == pytest.approx(-200.0)
+
+
+def test_it_may_coast_longer_than_it_takes_to_start(run: Run) -> None:
+    robot = car(lag_s=0.1, coast_s=0.4)
+    run(robot, b"F255000", 2.0)
+    run(robot, b"F000000", 9.0)
+    assert robot.pose.y_mm == pytest.approx(400.0 * (2.0 + 0.3), abs=0.1)
+
+
+def test_its_way_can_be_followed(run: Run) -> None:
+    robot = car()
+    robot.follow(pen_down=True)
+    run(robot, b"F255000", 0.5)
+    run(robot, b"F000000")
+    assert robot.wheels_deg == 0.0
+    robot.follow(pen_down=None)
+    run(robot, b"R255000F255000", 0.25)
+    assert robot.wheels_deg == 45.0
+    assert [stroke.pen_down for stroke in robot.trace.strokes] == [True]
+    assert robot.trace.strokes[0].points[-1] == pytest.approx((0.0, 200.0))
+    robot.follow(pen_down=None)
+    robot.follow(pen_down=False)
+    run(robot, b"S000000F255000", 0.1)
+    (drawn, went) = robot.trace.strokes
+    assert not went.pen_down
+    # What was not followed is a straight line to where it is followed again.
+    assert went.points[0] == drawn.points[-1]
+    assert went.points[1][0] > 10.0
+    robot.follow(pen_down=None)
+    robot.clear_trace()
+    assert robot.trace.strokes == []
+    assert robot.trace.pose == robot.pose
+
+
 def test_the_front_wheels_take_their_time(run: Run) -> None:
     robot = car(steer_deg_per_s=90.0)
     run(robot, b"F255000R255000", 0.5)
@@ -333,6 +371,8 @@ def test_the_watchdog_is_waited_for(run: Run) -> None:
         ("dead_pwm", -1),
         ("mm_per_s_per_pwm", 0.0),
         ("lag_s", -0.1),
+        ("coast_s", -0.1),
+        ("backward_factor", 0.0),
         ("wheelbase_mm", 0.0),
         ("max_lock_deg", 0.0),
         ("max_lock_deg", 81.0),

@@ -14,6 +14,26 @@ def test_a_motor_turns_beyond_its_dead_band(pwm: int, speed: float) -> None:
     assert SpeedCurve(40, 2.5).speed_mm_per_s(pwm) == speed
 
 
+def test_backwards_a_motor_may_be_slower() -> None:
+    curve = SpeedCurve(40, 2.5, 0.8)
+    assert [curve.speed_mm_per_s(pwm) for pwm in (140, -140, -40)] == [250.0, -200.0, 0.0]
+
+
+def test_a_motor_may_coast_longer_than_it_takes_to_start() -> None:
+    motor, way = Motor(0.1, 0.3), 0.0
+    for target, seconds in ((100.0, 2.0), (0.0, 9.0)):
+        motor.set_target(target)
+        way += motor.mean(seconds) * seconds
+        motor.advance(seconds)
+    # 2 s less what it lost at the start, and what it rolled on at the end.
+    assert way == pytest.approx(100.0 * (2.0 - 0.1 + 0.3), abs=1e-3)
+    at_once = Motor(0.5, 0.0)
+    at_once.set_target(100.0)
+    at_once.advance(9.0)
+    at_once.set_target(0.0)
+    assert at_once.speed == 0.0
+
+
 def test_without_lag_a_motor_has_its_speed_at_once() -> None:
     motor = Motor()
     motor.set_target(100.0)

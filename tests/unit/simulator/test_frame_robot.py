@@ -108,6 +108,13 @@ def test_no_two_engines_are_the_same(run: Run) -> None:
     assert robot.pose.heading_deg == pytest.approx(math.degrees(10.0 / 140.0))
 
 
+def test_engines_may_be_wired_otherwise(run: Run) -> None:
+    robot = robot_with(left_engine=1, right_engine=0, right_reversed=True, backward_factor=0.5)
+    run(robot, engines(150, 150), 1.0)
+    assert told(robot) == (150, -150)
+    assert robot.wheels_mm == pytest.approx((100.0, -50.0))
+
+
 def test_engines_lag_each_on_its_own(run: Run) -> None:
     robot = robot_with(lag_s=0.2)
     run(robot, engines(150, -150), 0.2)
@@ -402,6 +409,10 @@ def test_reading_for_ever_ends_where_only_driving_on_is_left() -> None:
         ("mm_per_s_per_pwm", -1.0),
         ("right_factor", 0.0),
         ("lag_s", -1.0),
+        ("coast_s", -1.0),
+        ("backward_factor", 0.0),
+        ("left_engine", -1),
+        ("right_engine", 0),
         ("servo_deg_per_s", 0.0),
         ("servo_deg", 181.0),
         ("pen_up_deg", -1.0),
