@@ -188,15 +188,16 @@ def _all(arguments: argparse.Namespace, signals: Signals, result: dict[str, Any]
 
 def _patient(arguments: argparse.Namespace) -> Patient:
     """What the options mean. Raises ``UsageError`` or, for what is wrong in robots.toml, ``DataError``."""
-    from turtlewire import configuration
+    from turtlewire import configuration, robots_file
 
-    text, lines, name = arguments.port, {}, arguments.name or ""
+    lines: dict[str, Any] = {}
+    text, name = arguments.port, arguments.name or ""
     if configuration.NAME.fullmatch(text):
         lines = _known(text)
         text, name = lines["port"], name or text
     elif "?" in text:
-        text, _, query = text.partition("?")
-        lines = dict(configuration.options(repr(arguments.port), query))
+        lines = robots_file.options(text)
+        text = lines["port"]
     if arguments.write and not name:
         raise UsageError("--write: what is it to be called? --name NAME")
     if text in configuration.PTY:
@@ -204,7 +205,7 @@ def _patient(arguments: argparse.Namespace) -> Patient:
     if text.startswith(configuration.SIM):
         if arguments.baud:
             raise UsageError(f"--baud: {text} is no serial port")
-        return Patient(text, {"port": text, **lines}, name, (None,))
+        return Patient(text, {**lines, "port": text}, name, (None,))
     bauds = _bauds_of(arguments, text, lines.get("baud"))
     unknown = [key for key in lines if key not in ("port", "baud")]
     if unknown and "?" in arguments.port:

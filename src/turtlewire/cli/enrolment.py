@@ -113,7 +113,7 @@ class Enrolment:
         if self._before.get("protocol", "walter") == target.protocol:
             return {}
         known = configuration.SETTINGS[target.protocol]
-        left_out = [key for key in self._before if key not in {*self.lines, *known, "protocol", "faults"}]
+        left_out = [key for key in self._before if key not in {*self.lines, *known, "faults"}]
         if left_out:
             output.tell(f"{self.name} speaks another protocol now; left out: {', '.join(left_out)}")
         return dict.fromkeys(left_out)
