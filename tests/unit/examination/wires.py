@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.errors import LinkError
@@ -65,3 +66,45 @@ class Line:
         except StopIteration as end:
             return end.value
         raise AssertionError("it waits for something that is not virtual")
+
+
+class Talker:
+    """What says the same again and again, from some time on, whatever it is told; nothing, if it has nothing to say.
+
+    Attributes:
+        heard: what it was told.
+    """
+
+    def __init__(self, says: bytes = b"", every_s: float = 0.1, until_s: float = math.inf) -> None:
+        self.now = 0.0
+        self.heard = bytearray()
+        self._says = says
+        self._every_s = every_s
+        self._next_s = every_s if says else math.inf
+        self._until_s = until_s
+
+    def write(self, data: bytes) -> None:
+        self.heard += data
+
+    def discard_output(self) -> None:
+        pass
+
+    def read(self, until: float) -> bytes:
+        if self._next_s > min(until, self._until_s):
+            self.now = max(self.now, until)
+            return b""
+        self.now, self._next_s = self._next_s, self._next_s + self._every_s
+        return self._says
+
+
+class Echo(Talker):
+    """What sends back everything."""
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self._says += data
+        self._next_s = self.now
+
+    def read(self, until: float) -> bytes:
+        said, self._says, self._next_s = super().read(until), b"", math.inf
+        return said
