@@ -9,23 +9,14 @@ chunking, gives the same items for every chunking, and keeps less than one frame
 from __future__ import annotations
 
 import math
-from itertools import starmap
 from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
 from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT
-from turtlewire.protocols.frame.layout import (
-    Shape,
-    alike,
-    following,
-    keeping,
-    keeps,
-    layouts,
-    right_crcs,
-    shape_of,
-)
-from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_PAYLOAD, OVERHEAD, FrameMessage
+from turtlewire.protocols.frame.layout import keeps, layouts
+from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_FRAME, MAX_PAYLOAD, OVERHEAD, FrameMessage
+from turtlewire.protocols.frame.runs import Lookout, Run
 from turtlewire.protocols.message import Malformed
 
 if TYPE_CHECKING:
@@ -34,11 +25,6 @@ if TYPE_CHECKING:
     from turtlewire.protocols.frame.dialect import Dialect
 
 INTER_BYTE_S = 0.1  # F5
-# Frames of one shape in a row are decoded together; fewer than this are not worth the preparation.
-RUN_FRAMES = 8
-RUN_MOST = 4096
-# Many short frames are checked column by column; it pays off from so many for each byte of a frame.
-COLUMN_FRAMES = 4
 _MAGIC_BYTE = bytes([MAGIC])
 
 Order = Literal["", "gap", "repeat", "restart"]
@@ -177,7 +163,6 @@ class FrameDecoder:
         self.statistics = Statistics()
         self._layouts = layouts(dialect, direction)
         self._crc = dialect.checksum.algorithm.crc
-        self._step = dialect.checksum.algorithm.table()
         self._residue = dialect.checksum.algorithm.residue
         self._first = dialect.checksum.coverage.first
         self._timeout_s = timeout_s
@@ -185,9 +170,7 @@ class FrameDecoder:
         self._offset = 0  # of the first byte of the partial frame
         self._last_byte = math.inf
         self._due = -1  # the next sequence number, or -1 before the first frame
-        self._run_most = RUN_FRAMES
-        self._run_wait = 0
-        self._shape: Shape | None = None
+        self._lookout = Lookout(self._layouts, dialect.checksum)
 
     @property
     def pending(self) -> int:
@@ -221,60 +204,59 @@ class FrameDecoder:
 
     def _scan(self, buffer: bytes, items: list[Item], *, ended: bool) -> None:
         base, stats, end = self._offset, self.statistics, len(buffer)
-        find, crc, first, residue = buffer.find, self._crc, self._first, self._residue
         at = 0
-        last_head = b""
         while True:
-            start = find(_MAGIC_BYTE, at)
-            if start < 0:
-                stats.skipped_bytes += end - at
-                at = end
-                break
-            stats.skipped_bytes += start - at
-            at = start
-            if at + 2 < end:
-                stop = at + buffer[at + 2] + OVERHEAD
-                if stop - at > MAX_PAYLOAD + OVERHEAD:
-                    self._oversized(base + at, buffer[at : at + HEADER], items)
-                    at += 1
+            at = self._frames(buffer, at, items)
+            start = buffer.find(_MAGIC_BYTE, at)
+            if start != at:
+                stats.skipped_bytes += (start if start >= 0 else end) - at
+                at = start if start >= 0 else end
+                if at < end:
                     continue
-                if stop <= end:
-                    raw = buffer[at:stop]
-                    if crc(raw[first:] if first else raw) != residue:
-                        self._wrong_crc(base + at, raw, items)
-                        at += 1
-                        continue
-                    item = self._frame(base + at, raw)
-                    items.append(item)
-                    at = stop
-                    # Where two frames in a row begin alike, many may.
-                    head = raw[2:4]
-                    if head != last_head:
-                        last_head = head
-                    elif self._run_wait:
-                        self._run_wait -= 1
-                    elif isinstance(item, Frame):
-                        at = self._run(buffer, at, raw, items)
-                    continue
-            if not ended:
                 break
-            stats.incomplete += 1
+            stop = at + buffer[at + 2] + OVERHEAD if at + 2 < end else end + 1
+            if stop - at > MAX_FRAME:
+                stats.oversized += 1
+                items.append(
+                    Malformed(
+                        base + at, buffer[at : at + HEADER], f"size {buffer[at + 2]} is above {MAX_PAYLOAD}"
+                    )
+                )
+            elif stop <= end:
+                stats.wrong_crc += 1
+                right = self._crc(buffer[at + self._first : stop - 1])
+                what = f"CRC is {buffer[stop - 1]:02X}, but must be {right:02X}"
+                items.append(Malformed(base + at, buffer[at:stop], what))
+            elif ended:
+                stats.incomplete += 1
+                items.append(Malformed(base + at, buffer[at:], f"incomplete: {end - at} bytes and no more"))
+            else:
+                break
             stats.skipped_bytes += 1
-            items.append(Malformed(base + at, buffer[at:], f"incomplete: {end - at} bytes and no more"))
             at += 1
         self._offset = base + at
         self._partial = buffer[at:]
 
-    def _oversized(self, offset: int, raw: bytes, items: list[Item]) -> None:
-        self.statistics.oversized += 1
-        self.statistics.skipped_bytes += 1
-        items.append(Malformed(offset, raw, f"size {raw[2]} is above {MAX_PAYLOAD}"))
-
-    def _wrong_crc(self, offset: int, raw: bytes, items: list[Item]) -> None:
-        self.statistics.wrong_crc += 1
-        self.statistics.skipped_bytes += 1
-        right = self._crc(raw[self._first : -1])
-        items.append(Malformed(offset, raw, f"CRC is {raw[-1]:02X}, but must be {right:02X}"))
+    def _frames(self, buffer: bytes, at: int, items: list[Item]) -> int:
+        """Take the frames with a right CRC that follow one another from ``at`` on; return where the last one ends."""
+        crc, first, residue, lookout = self._crc, self._first, self._residue, self._lookout
+        base, last = self._offset, len(buffer) - HEADER
+        while at <= last and buffer[at] == MAGIC:
+            size = buffer[at + 2]
+            stop = at + size + OVERHEAD
+            if size > MAX_PAYLOAD or stop > last + HEADER:
+                break
+            raw = buffer[at:stop]
+            if lookout.wait:
+                lookout.wait -= 1
+            elif run := lookout.run(buffer, at, raw, self._due):
+                at += self._take(run, base + at, items)
+                continue
+            if crc(raw[first:] if first else raw) != residue:
+                break
+            items.append(self._frame(base + at, raw))
+            at = stop
+        return at
 
     def _sequence(self, seq: int) -> tuple[Order, int]:
         """How a frame's number follows, counted (F6)."""
@@ -295,86 +277,51 @@ class FrameDecoder:
 
     def _frame(self, offset: int, raw: bytes) -> Item:
         """What stands in a frame whose CRC is right: all or nothing (F3)."""
-        seq, order, lost = raw[1], _IN_ORDER, 0
+        seq = raw[1]
+        order, lost = _IN_ORDER, 0
         if seq == self._due:
             self._due = (seq + 1) & 255
         else:
             order, lost = self._sequence(seq)
-        stats, table = self.statistics, self._layouts
-        messages: list[FrameMessage] = []
-        refused: list[FrameMessage] = []
+        table = self._layouts
+        messages: tuple[FrameMessage, ...] = ()
+        refused: tuple[FrameMessage, ...] = ()
         at, end = HEADER, len(raw) - 1
         while at < end:
             layout = table[raw[at]]
             if layout is None:
-                stats.unknown_type += 1
+                self.statistics.unknown_type += 1
                 return Malformed(offset, raw, f"unknown type {raw[at]:02X} at byte {at}")
-            message_type, _, size, unpack_from, limits = layout
+            message_type, _, size, unpack_from, limits, _ = layout
             if at + size > end:
-                stats.inconsistent += 1
+                self.statistics.inconsistent += 1
                 what = f"{message_type.name()} at byte {at} is cut short: {end - at} of {size} bytes"
                 return Malformed(offset, raw, what)
             values = unpack_from(raw, at + 1)
             if limits and not keeps(limits, values):
-                refused.append(message_type(*values))
+                refused += (message_type(*values),)
             else:
-                messages.append(message_type(*values))
+                messages += (message_type(*values),)
             at += size
+        stats = self.statistics
+        stats.frames += 1
+        stats.messages += len(messages)
+        if not refused and not order:
+            return Frame(offset, raw, messages)
         for message in refused:
             name = message.name()
             stats.refused[name] = stats.refused.get(name, 0) + 1
-        stats.frames += 1
-        stats.messages += len(messages)
-        return Frame(offset, raw, tuple(messages), tuple(refused), order, lost)
+        return Frame(offset, raw, messages, refused, order, lost)
 
-    # ------------------------------------------------------------------ frames of one shape in a row
-
-    def _run(self, buffer: bytes, at: int, like: bytes, items: list[Item]) -> int:
-        """Take the frames from ``at`` on that have the shape of the one before; return where they end.
-
-        Nothing but speed: what is not plainly in order (another shape, a wrong CRC, a message to refuse, a number that
-        does not follow) is left for the plain way, from there on. So that looking ahead in vain costs little, it looks
-        as far again as it has come, and after a disappointment not for a while.
-        """
-        count = min(self._run_most, (len(buffer) - at) // len(like))
-        if count < RUN_FRAMES:
-            return at
-        shape = self._shape = shape_of(like, self._layouts, self._shape)
-        size = shape.size
-        hoped = count
-        count = alike(buffer, at, count, shape)
-        count = following(buffer[at + 1 : at + count * size : size], self._due)
-        count = self._right_crcs(buffer, at, count, size)
-        piece = buffer[at : at + count * size]
-        for _, limits, fields in shape.parts:
-            if limits:
-                count = min(count, keeping(limits, list(fields.iter_unpack(piece))))
-        piece = piece[: count * size]
-        raws = [piece[n : n + size] for n in range(0, count * size, size)]
-        offsets = range(self._offset + at, self._offset + at + count * size, size)
-        columns = [
-            starmap(message_type, fields.iter_unpack(piece)) for message_type, _, fields in shape.parts
-        ]
-        if columns:
-            items += map(Frame, offsets, raws, zip(*columns, strict=True))
-        else:
-            items += [Frame(offset, raw, ()) for offset, raw in zip(offsets, raws, strict=False)]
-        self.statistics.frames += count
-        self.statistics.messages += count * len(columns)
+    def _take(self, run: Run, offset: int, items: list[Item]) -> int:
+        """Take the frames of a run; return how many bytes they are."""
+        raws, messages, each = run
+        count, size, stats = len(raws), len(raws[0]), self.statistics
+        items += map(Frame, range(offset, offset + count * size, size), raws, messages)
+        stats.frames += count
+        stats.messages += count * each
         self._due = (self._due + count) & 255
-        if count == hoped:
-            self._run_most = min(4 * hoped, RUN_MOST)
-        else:
-            self._run_most = self._run_wait = RUN_FRAMES
-        return at + count * size
-
-    def _right_crcs(self, buffer: bytes, at: int, count: int, size: int) -> int:
-        """How many of ``count`` frames of one size have a right CRC, up to the first that has not."""
-        if count > COLUMN_FRAMES * size:
-            return right_crcs(buffer, at, count, size, self.dialect.checksum, self._step)
-        places = range(at, at + count * size, size)
-        residues = bytes([self._crc(buffer[n + self._first : n + size]) for n in places])
-        return count - len(residues.lstrip(bytes((self._residue,))))
+        return count * size
 
 
 __all__ = [
