@@ -329,8 +329,9 @@ class AsyncTimedRobot(TimedMotions[EventT]):
         Afterwards the turtle is where the robot stopped; the next command moves on from there. A robot that cannot be
         reached now is stopped when it is.
         """
-        with contextlib.suppress(LinkLostError):
-            self.abandon()
+        if self.link_state != "reconnecting":
+            with contextlib.suppress(LinkLostError):
+                self.abandon()
 
     async def set_step_by_step(self, on: bool) -> None:
         """Whether turns are made at once, too: each motion ends before its method returns."""
