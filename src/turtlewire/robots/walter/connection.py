@@ -309,10 +309,7 @@ class Connection:
 
     async def get_in_step(self) -> None:
         """The port is open again: W7, until the robot has booted and answers. It stands, and its pose is known."""
-        while True:
-            with contextlib.suppress(StoppedError):
-                await self._attend(self.settings.boot_s, boots=True, moves=False)
-                return
+        await self._attend(self.settings.boot_s, boots=True, moves=False)
 
     async def resume(self) -> None:
         """After the link was lost, and the robot reached again: motion may go on, from where the robot is."""
@@ -328,9 +325,10 @@ class Connection:
 
         A robot that cannot be reached now is stopped when it is.
         """
-        self.halt()
-        with contextlib.suppress(LinkLostError):
-            self.session.flush()
+        if self.session.state != "reconnecting":
+            self.halt()
+            with contextlib.suppress(LinkLostError):
+                self.session.flush()
 
     def halt(self) -> None:
         """``stop``, as soon as something is sent: keys of direct control may go out with it."""
