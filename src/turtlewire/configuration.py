@@ -38,14 +38,8 @@ PTY = ("pty", "pty:")
 NAME = re.compile(r"(?!COM\d+$|pty$|walter$|simple$|frame$)[A-Za-z][A-Za-z0-9_-]*", re.IGNORECASE)
 OWN = {"serial": "a serial port has baud", "socket": "a socket has none"}
 YES_NO = {
-    "1": True,
-    "yes": True,
-    "on": True,
-    "true": True,
-    "0": False,
-    "no": False,
-    "off": False,
-    "false": False,
+    **dict.fromkeys(("1", "yes", "on", "true"), True),
+    **dict.fromkeys(("0", "no", "off", "false"), False),
 }
 
 
@@ -99,6 +93,8 @@ SETTINGS: dict[str, dict[str, Kind]] = {
         "speed": WHOLE,
         "mm_per_s_per_unit": NUMBER,
         "deg_per_s_per_unit": NUMBER,
+        "distance_scale": NUMBER,
+        "turn_scale": NUMBER,
         "groups": Kind(lambda text: frozenset(text.upper()), "some of C, Q, H and E"),
         "gentle": SWITCH,
         "boot_s": NUMBER,

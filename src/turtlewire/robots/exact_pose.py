@@ -13,7 +13,7 @@ from turtlewire.turtle import HOME, Pose, direction, wrapped
 
 
 class Turn(NamedTuple):
-    """Turn on the spot by whole degrees, clockwise; with the robot's pose afterwards."""
+    """Turn on the spot by whole degrees of the wire, clockwise; with the robot's pose afterwards."""
 
     angle_deg: int
     pose: Pose
@@ -33,15 +33,17 @@ class ExactPose:
     """The exact turtle and the pose of the robot that follows it.
 
     Args:
-        unit_mm: the wire's unit of distance.
+        unit_mm: how far the robot goes for the wire's unit of distance.
+        unit_deg: how far it turns for the wire's unit of angle, which is called a degree.
 
     Attributes:
         exact: where the turtle is.
-        robot: where the robot is when it has done every step handed out so far; its heading is whole degrees.
+        robot: where the robot is when it has done every step handed out so far; it has turned by whole units.
     """
 
-    def __init__(self, unit_mm: float) -> None:
+    def __init__(self, unit_mm: float, unit_deg: float = 1.0) -> None:
         self.unit_mm = unit_mm
+        self.unit_deg = unit_deg
         self.exact = HOME
         self.robot = HOME
 
@@ -49,7 +51,7 @@ class ExactPose:
         """Turn the turtle; the steps that bring the robot's heading nearest to it. Whole turns are made."""
         behind = wrapped(self.exact.heading_deg - self.robot.heading_deg)
         self.exact = self.exact.turned(angle_deg)
-        return self._turn_robot(round(behind + angle_deg))
+        return self._turn_robot(round((behind + angle_deg) / self.unit_deg))
 
     def move(self, distance_mm: float) -> list[Step]:
         """Move the turtle straight on; the steps that bring the robot nearest to it."""
@@ -71,17 +73,18 @@ class ExactPose:
 
     def align(self) -> list[Step]:
         """Turn the robot to the whole degree nearest to the turtle's heading."""
-        return self._turn_robot(round(wrapped(self.exact.heading_deg - self.robot.heading_deg)))
+        behind = wrapped(self.exact.heading_deg - self.robot.heading_deg)
+        return self._turn_robot(round(behind / self.unit_deg))
 
     def _approach(self) -> list[Step]:
         target, robot = self.exact, self.robot
         distance = robot.distance_to(target.x_mm, target.y_mm)
         if round(distance / self.unit_mm) == 0:
             return []
-        turn = round(wrapped(robot.bearing_to(target.x_mm, target.y_mm) - robot.heading_deg))
-        if abs(turn) > 90:
-            turn += 180 if turn < 0 else -180  # drive it backwards
-        steps = self._turn_robot(turn)
+        turn = wrapped(robot.bearing_to(target.x_mm, target.y_mm) - robot.heading_deg)
+        if abs(round(turn)) > 90:
+            turn += 180.0 if turn < 0.0 else -180.0  # drive it backwards
+        steps = self._turn_robot(round(turn / self.unit_deg))
         dx, dy = direction(self.robot.heading_deg)
         ahead = (target.x_mm - robot.x_mm) * dx + (target.y_mm - robot.y_mm) * dy
         units = round(ahead / self.unit_mm)
@@ -91,7 +94,7 @@ class ExactPose:
     def _turn_robot(self, angle_deg: int) -> list[Step]:
         if angle_deg == 0:
             return []
-        self.robot = self.robot.turned(angle_deg)
+        self.robot = self.robot.turned(angle_deg * self.unit_deg)
         return [Turn(angle_deg, self.robot)]
 
 

@@ -31,7 +31,8 @@ class Motion:
         true: the pose on the ground at the start.
         odometer: the pose that the wheels have measured.
         turning: on the spot (amounts are degrees, clockwise), or straight (millimetres, ahead).
-        amount: how far; the other way round when negative; may be infinite.
+        amount: how far; the other way round when negative; may be infinite. The wheels measure this.
+        scale: how far it truly goes for each unit of that.
 
     Attributes:
         length: how far it goes, in units of progress.
@@ -51,6 +52,7 @@ class Motion:
         *,
         turning: bool,
         amount: float,
+        scale: float = 1.0,
     ) -> None:
         self.turning = turning
         self.amount = amount
@@ -62,10 +64,11 @@ class Motion:
         sign = math.copysign(1.0, amount)
         unit = chassis.turning(sign) if turning else Wheels(sign, sign)
         if chassis.is_ideal or not self.length:
-            self._per_unit = Travel(unit, unit)
+            self._per_unit = Travel(unit, unit.times(scale))
         else:
-            whole = chassis.travel(unit.times(self.length))
-            self._per_unit = Travel(*(wheels.times(1.0 / self.length) for wheels in whole))
+            turned, ground = chassis.travel(unit.times(self.length))
+            each = 1.0 / self.length
+            self._per_unit = Travel(turned.times(each), ground.times(each * scale))
         self.stop_at = self.length
         self.contact = self._find_contact(world, chassis.radius_mm) if not world.is_empty else None
         self._done = 0.0

@@ -101,6 +101,8 @@ class Settings(BodySettings):
         groups: the groups of ``*`` commands that it has, of C, Q, H and E; a basic robot has none (W10).
         mm_per_s_per_unit: linear speed for each unit of the wire (W14).
         deg_per_s_per_unit: turn rate for each unit of the wire (W14).
+        distance_scale: how far it goes for each millimetre that it believes: its wheels are larger than it knows.
+        turn_scale: how far it turns for each degree that it believes.
         speed: 0..255, at power-on, for moves and turns.
         pen_down: the pen at power-on.
         pen_s: how long the pen servo takes; a pen that is there already takes no time.
@@ -110,13 +112,15 @@ class Settings(BodySettings):
     groups: frozenset[str] = ALL_GROUPS
     mm_per_s_per_unit: float = MM_PER_S_PER_UNIT
     deg_per_s_per_unit: float = DEG_PER_S_PER_UNIT
+    distance_scale: float = 1.0
+    turn_scale: float = 1.0
     speed: int = DEFAULT_SPEED
     pen_down: bool = False
     pen_s: float = 0.1
     mode: Mode = Mode.LOGO
 
     def __post_init__(self) -> None:
-        self._require_above_0("mm_per_s_per_unit", "deg_per_s_per_unit")
+        self._require_above_0("mm_per_s_per_unit", "deg_per_s_per_unit", "distance_scale", "turn_scale")
         self._require_0_or_more("pen_s")
         self._require("speed", 0 <= self.speed <= FULL_SPEED, f"0 to {FULL_SPEED}")
         self._require("groups", self.groups <= ALL_GROUPS, "some of C, Q, H and E")

@@ -162,8 +162,17 @@ class SimulatedWalter(Body[Settings]):
     # Motion
 
     def _start(self, turning: bool, amount: float) -> None:
-        world = self.settings.world
-        motion = Motion(self._chassis, world, self._true, self._odometer, turning=turning, amount=amount)
+        settings = self.settings
+        scale = settings.turn_scale if turning else settings.distance_scale
+        motion = Motion(
+            self._chassis,
+            settings.world,
+            self._true,
+            self._odometer,
+            turning=turning,
+            amount=amount,
+            scale=scale,
+        )
         self._motion = motion
         self._set_rate()
         self._look_out(motion)
@@ -193,7 +202,12 @@ class SimulatedWalter(Body[Settings]):
         if motion is None:
             return
         speed = self.turn_speed if motion.turning else self.speed
-        each = self.settings.deg_per_s_per_unit if motion.turning else self.settings.mm_per_s_per_unit
+        settings = self.settings
+        each = (
+            settings.deg_per_s_per_unit / settings.turn_scale
+            if motion.turning
+            else settings.mm_per_s_per_unit / settings.distance_scale
+        )
         motion.set_rate(speed * each * self._battery.draw(speed / FULL_SPEED, self.now), self.now)
 
     def _draw(self) -> None:

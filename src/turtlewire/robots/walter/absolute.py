@@ -1,6 +1,7 @@
 """Moves to a place and turns to a heading, by the robot's own commands for them, if it has them: group C (W10).
 
-What these decline, the driver does with turns and moves.
+What these decline, the driver does with turns and moves: all of them for a robot that does not go as far, or turn as
+much, as it believes.
 """
 
 from __future__ import annotations
@@ -61,7 +62,8 @@ class AbsoluteMoves:
         return TurnTo(round(self._wire.where.frame.to_robot(pose).heading_deg) % 360), pose
 
     def _can_send(self, command: LogoCommand) -> bool:
-        if "C" not in self._wire.groups:
+        settings = self._wire.settings
+        if "C" not in self._wire.groups or (settings.distance_scale, settings.turn_scale) != (1.0, 1.0):
             return False
         if any(
             not field.low <= value <= field.high

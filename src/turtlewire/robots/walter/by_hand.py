@@ -17,6 +17,7 @@ from turtlewire.drive import checked
 from turtlewire.errors import MessageError, UsageError
 from turtlewire.protocols.walter.codec import Mode
 from turtlewire.protocols.walter.messages import (
+    EMERGENCY_STOP,
     DirectKey,
     LowerPen,
     MoveFaster,
@@ -33,6 +34,7 @@ from turtlewire.protocols.walter.messages import (
     TurnFaster,
     TurnSlower,
 )
+from turtlewire.robots.timed.driver import check_hold
 from turtlewire.robots.timed.reckoning import STILL, Motion, Reckoning
 
 if TYPE_CHECKING:
@@ -124,6 +126,23 @@ class ByHand:
             self._wire.timed.clear_alarm()
         else:
             self._wire.timed.set_alarm(self._wire.link.now() + valid_s, self._out_of_time)
+
+    async def hold(self, speed: int, seconds: float, *, turning: bool) -> None:
+        """Drive or turn with a speed for a time; see ``AsyncWalter.hold``."""
+        check_hold(seconds, None)
+        if not 1 <= abs(speed) <= FULL_SPEED:
+            raise MessageError(f"speed is {speed}, but must be from 1 to {FULL_SPEED}, or so far below 0")
+        wire = self._wire
+        part = speed / FULL_SPEED
+        wire.check()
+        # Keys would take back what has not left yet, and begin the sooner.
+        await wire.until(lambda: False, wire.timed.free_at)
+        await self.press(*(_keys(0.0, part) if turning else _keys(part, 0.0)))
+        # The emergency stop acts with its last byte, as does the key that starts.
+        stop_s = len(EMERGENCY_STOP) * 10.0 / wire.settings.baud
+        ends_at = wire.timed.free_at + seconds
+        wire.timed.set_alarm(ends_at - stop_s, self._out_of_time)
+        await wire.until(lambda: False, ends_at)
 
     def _missing(self, keys: tuple[DirectKey, ...]) -> tuple[DirectKey, ...]:
         """Those of the keys of a set-point that change something. A stop may have got lost: it is never left out."""

@@ -44,7 +44,7 @@ from turtlewire.robots.reconnecting import Reconnecting
 from turtlewire.robots.session import Session
 from turtlewire.robots.timed.timed_host import TimedHost
 from turtlewire.robots.walter.questions import Question, reported
-from turtlewire.robots.walter.whereabouts import UNIT_MM, Target, Whereabouts
+from turtlewire.robots.walter.whereabouts import Whereabouts
 from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ class Connection:
         )
         self.timed: TimedHost[Event] = TimedHost(self.host, 10.0 / settings.baud)
         self.session: Session[Event] = Session(link, self.timed, self._on_event)
-        self.where = Whereabouts()
+        self.where = Whereabouts(settings.distance_scale, settings.turn_scale)
         self.pen_down = True
         self.speed = settings.speed
         self.hand: Account | None = None
@@ -254,16 +254,17 @@ class Connection:
         if self.host.answers:
             reported = await self._ask_pose()
             if not self._connected:
-                self.where.frame = Frame(reported)
+                self.where.frame = Frame(reported, self.settings.distance_scale)
             elif boots and reported == HOME and not self._may_be_at(self.where.frame.from_robot(HOME)):
                 pose = self.where.last_known if self.hand is None else self.whereabouts()
-                self.where.frame = Frame.anew(pose)
+                self.where.frame = Frame.matching(pose, HOME, self.settings.distance_scale)
                 self.notify(
                     f"the robot at {self.link.url} was reset, and no longer knows where it is: it is taken to be "
                     f"where it was last known to be, {text_of(pose)}"
                 )
                 return pose
-            return self.where.frame.from_robot(reported)
+            turned_deg = 0.0 if self.hand is None else self.hand.rotated_deg
+            return self.where.found(self.host.abandoned, reported, turned_deg)
         if not self._connected:
             return HOME
         pose = self.whereabouts()
@@ -375,7 +376,7 @@ class Connection:
         await self._is_answered(heading, now + self.settings.reply_timeout_s + 600.0 / self.settings.baud)
         if location.reply is not None and heading.reply is not None:
             pose = reported(location.reply, heading.reply)
-            self.where.cut_off(host.abandoned, self.where.frame.from_robot(pose))
+            self.where.cut_off(host.abandoned, self.where.found(host.abandoned, pose))
 
     # ------------------------------------------------------------------ operations
 
@@ -390,23 +391,30 @@ class Connection:
 
     def submit(self, command: LogoCommand, duration_s: float, pose: Pose | None = None) -> None:
         """Have a command sent that ends at a pose (None: where the last one ends), with the pen as it is now."""
-        self.host.submit(command, duration_s, Target(pose or self.where.position.robot, self.pen_down))
+        target = self.where.target(pose or self.where.position.robot, pen_down=self.pen_down)
+        self.host.submit(command, duration_s, target)
 
     def drive(self, steps: list[Step]) -> None:
         """Have the steps of the exact pose sent, in as many commands as the wire needs (W5, W12)."""
+        position = self.where.position
         for step in steps:
             value = step.angle_deg if isinstance(step, Turn) else step.units
             commands = TURNS if isinstance(step, Turn) else MOVES
             for rest, part in with_rest(wire_parts(abs(value), gentle=self.settings.gentle)):
                 left = math.copysign(rest, value)
-                at = step.pose.turned(-left) if isinstance(step, Turn) else step.pose.moved(-left * UNIT_MM)
+                if isinstance(step, Turn):
+                    at = step.pose.turned(-left * position.unit_deg)
+                    self.where.turning(at, math.copysign(part, value))
+                else:
+                    at = step.pose.moved(-left * position.unit_mm)
                 self.submit(commands[value < 0](part), self.duration_s(step, part), at)
 
     def duration_s(self, step: Step, amount: int) -> float:
         """How long a step of so many degrees or units should take (W14)."""
+        position = self.where.position
         if isinstance(step, Turn):
-            return amount / (self.speed * self.settings.deg_per_s_per_unit)
-        return amount * UNIT_MM / (self.speed * self.settings.mm_per_s_per_unit)
+            return amount * position.unit_deg / (self.speed * self.settings.deg_per_s_per_unit)
+        return amount * position.unit_mm / (self.speed * self.settings.mm_per_s_per_unit)
 
     def set_pen(self, *, down: bool) -> None:
         """Raise or lower the pen, if it is not so already."""
@@ -498,9 +506,9 @@ class Connection:
         """Answers got lost, or the robot is not where it should be: ask where it is, and go on from there."""
         where, position, wanted = self.where, self.where.position, self.pen_down
         exact, expected = position.exact, position.robot
-        pose = await self.reported_pose()
+        reported = await self._ask_pose()
         pen = await self.ask(QueryPen())
-        again, text = where.resolve(pose)
+        again, text = where.resolve(reported)
         if where.trusts_pen and pen.values() != (int(where.confirmed.pen_down),):
             self.pen_down = not where.confirmed.pen_down
             text = text or where.pen_disagrees()

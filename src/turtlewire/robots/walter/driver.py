@@ -269,6 +269,14 @@ class AsyncWalter:
         """
         await self._by_hand.drive(speed, turn, valid_s)
 
+    async def hold(self, speed: int, seconds: float, *, turning: bool = False) -> None:
+        """Drive ahead, or turn clockwise, for a time, in direct control: the motion that calibration measures.
+
+        ``speed`` is 1..255 units (W14), or below 0 for the other way round; ``seconds`` above 0, at most 60, and
+        counted from when the robot has heard it. Raises ``MessageError`` for a number outside.
+        """
+        await self._by_hand.hold(speed, seconds, turning=turning)
+
     async def press(self, *keys: DirectKey) -> None:
         """Press keys of direct control. The next command of the turtle stops the robot and changes to Logo control."""
         await self._by_hand.press(*keys)

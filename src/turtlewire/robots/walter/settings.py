@@ -26,6 +26,8 @@ class Settings(NamedTuple):
         baud: of the line (W16).
         speed: 1..255, sent at connect.
         mm_per_s_per_unit, deg_per_s_per_unit: calibration of the speed (W14).
+        distance_scale: how far the robot truly goes when it is told to go a millimetre, in mm.
+        turn_scale: how far it truly turns when it is told to turn a degree, in degrees.
         groups: the capability groups (C, Q, H, E) that the robot has; None: learn them (W10).
         gentle: avoid argument bytes 0D and 0A in moves and turns (W8).
         boot_s: how long a robot may take to boot after its port was opened, seconds (section 4).
@@ -40,6 +42,8 @@ class Settings(NamedTuple):
     speed: int = DEFAULT_SPEED
     mm_per_s_per_unit: float = MM_PER_S_PER_UNIT
     deg_per_s_per_unit: float = DEG_PER_S_PER_UNIT
+    distance_scale: float = 1.0
+    turn_scale: float = 1.0
     groups: frozenset[str] | None = None
     gentle: bool = True
     boot_s: float = 2.5
@@ -55,6 +59,9 @@ class Settings(NamedTuple):
         for name in positive:
             value = getattr(self, name)
             _require(name, value, value is None or 0.0 < value < math.inf, "a number above 0")
+        for name in ("distance_scale", "turn_scale"):
+            value = getattr(self, name)
+            _require(name, value, 0.1 <= value <= 10.0, "from 0.1 to 10")
         _require("baud", self.baud, 50 <= self.baud <= 4_000_000, "from 50 to 4000000")
         _require("speed", self.speed, 1 <= self.speed <= 255, "from 1 to 255")
         for name in ("boot_s", "reconnect_s"):

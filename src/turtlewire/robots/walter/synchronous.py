@@ -134,6 +134,10 @@ class Walter(Turtle, Drive):
         """Go on so until told otherwise, in direct control: it moves or turns, whichever is more."""
         self._runner.run(self._robot.drive(speed, turn, valid_s=valid_s))
 
+    def hold(self, speed: int, seconds: float, *, turning: bool = False) -> None:
+        """Drive ahead, or turn clockwise, for a time, in direct control."""
+        self._runner.run(self._robot.hold(speed, seconds, turning=turning))
+
     def press(self, *keys: DirectKey) -> None:
         """Press keys of direct control. The next command of the turtle stops the robot and leaves it."""
         self._runner.run(self._robot.press(*keys))

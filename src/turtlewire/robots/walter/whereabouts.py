@@ -38,27 +38,39 @@ ALL_DONE = "an answer of the robot got lost; its pose shows that every motion wa
 
 
 class Target(NamedTuple):
-    """Where the robot is, and its pen, when a command is done. The heading is nan where it is not promised (C 0)."""
+    """Where the robot is, and its pen, when a command is done. The heading is nan where it is not promised (C 0).
+
+    ``frame``: the turtle's coordinates in the robot's, from then on; None: they stay as they are.
+    """
 
     pose: Pose
     pen_down: bool
+    frame: Frame | None = None
 
 
 class Whereabouts:
     """The account of one robot.
 
+    A robot that turns by other angles than it believes has other coordinates after each turn: it turned about where it
+    stood, by more or less than it knows.
+
+    Args:
+        distance_scale, turn_scale: how far it truly goes, and turns, for what it is told, and believes.
+
     Attributes:
         position: the exact turtle, and the robot when everything submitted is done.
-        frame: the turtle's coordinates in the robot's.
+        frame: the turtle's coordinates in the robot's when everything submitted is done.
         confirmed: where the robot is known to be, or to have been last.
         trace, distance_mm: the way it is known to have gone.
         in_doubt: something got lost, or the robot is not where it should be: its pose has to be asked.
         corrections: how often that was done.
     """
 
-    def __init__(self) -> None:
-        self.position = ExactPose(UNIT_MM)
-        self.frame = Frame(HOME)
+    def __init__(self, distance_scale: float = 1.0, turn_scale: float = 1.0) -> None:
+        self.distance_scale, self.turn_scale = distance_scale, turn_scale
+        self.position = ExactPose(UNIT_MM * distance_scale, turn_scale)
+        self.frame = Frame(HOME, distance_scale)
+        self._confirmed_frame: Frame | None = None
         self.confirmed = Target(HOME, pen_down=True)
         self.trace = Trace()
         self.distance_mm = 0.0
@@ -75,6 +87,7 @@ class Whereabouts:
         if self._uncertain is not None:
             self._uncertain.append(tag)
             return
+        self._confirmed_frame = tag.frame or self._confirmed_frame
         self.distance_mm += self.confirmed.pose.distance_to(tag.pose.x_mm, tag.pose.y_mm)
         self.confirmed = tag
         heading = self.trace.pose.heading_deg if math.isnan(tag.pose.heading_deg) else tag.pose.heading_deg
@@ -93,7 +106,7 @@ class Whereabouts:
             self.in_doubt = True
 
     def _is_off(self, reply: RobotMessage) -> bool:
-        pose = self.frame.to_robot(self.confirmed.pose)
+        pose = self._frame_now.to_robot(self.confirmed.pose)
         if isinstance(reply, HeadingReply):
             return abs(wrapped(reply.heading_deg - pose.heading_deg)) > TOLERANCE_DEG
         if isinstance(reply, XReply):
@@ -103,6 +116,49 @@ class Whereabouts:
         if isinstance(reply, LocationReply):
             return _differs(reply.x_half_mm, pose.x_mm) or _differs(reply.y_half_mm, pose.y_mm)
         return self.trusts_pen and isinstance(reply, PenReply) and bool(reply.down) != self.confirmed.pen_down
+
+    # ------------------------------------------------------------------ the turtle's coordinates in the robot's
+
+    def target(self, pose: Pose, *, pen_down: bool) -> Target:
+        """What a command leads to that ends at a pose, when everything before it is done."""
+        return Target(pose, pen_down, None if self.turn_scale == 1.0 else self.frame)
+
+    def turning(self, pose: Pose, angle_deg: float) -> None:
+        """It is told to turn by so much, and will stand at a pose then; it believes that it turned as it was told."""
+        if self.turn_scale != 1.0:
+            believed = self.frame.to_robot(pose).turned(angle_deg * (1.0 - self.turn_scale))
+            self.frame = Frame.matching(pose, believed, self.distance_scale)
+
+    @property
+    def _frame_now(self) -> Frame:
+        """As far as the robot is known to have come."""
+        return self._confirmed_frame or self.frame
+
+    def found(self, tags: tuple[object, ...], reported: Pose, turned_deg: float = 0.0) -> Pose:
+        """The robot was cut off on its way through these, and says where it is: that pose, for the turtle.
+
+        ``turned_deg``: about how far it has turned meanwhile, for one that was driven by hand.
+        """
+        if self.turn_scale == 1.0:
+            return self.frame.from_robot(reported)
+        before, frame = self.confirmed.pose, self._frame_now
+        pose = first = self._turned_from(before, frame, reported, turned_deg)
+        for target in (tag for tag in tags if isinstance(tag, Target)):
+            pose = self._turned_from(before, frame, reported, turned_deg)
+            if _is_on_way(before, target.pose, pose):
+                break
+            before, frame = target.pose, target.frame or frame
+        else:
+            pose = first
+        self.frame = Frame.matching(pose, reported, self.distance_scale)
+        return pose
+
+    def _turned_from(self, before: Pose, frame: Frame, reported: Pose, turned_deg: float) -> Pose:
+        """Where it is, and looks, that has turned from a pose to what it reports, believing other angles."""
+        place = frame.from_robot(reported)
+        believed = wrapped(reported.heading_deg - frame.to_robot(before).heading_deg)
+        believed += 360.0 * round((turned_deg / self.turn_scale - believed) / 360.0) if turned_deg else 0.0
+        return place._replace(heading_deg=(before.heading_deg + believed * self.turn_scale) % 360.0)
 
     # ------------------------------------------------------------------ after a stop
 
@@ -139,7 +195,7 @@ class Whereabouts:
             if _is_on_way(before, target.pose, pose):
                 for done in targets[:i]:
                     self.done(done)
-                self.done(Target(pose, target.pen_down))
+                self.done(self.target(pose, pen_down=target.pen_down))
                 return
             before = target.pose
 
@@ -163,17 +219,18 @@ class Whereabouts:
     def arrived(self, pose: Pose, *, pen_down: bool) -> None:
         """The robot is known to be here, whatever was reckoned; the turtle is where it was."""
         self.position.robot = pose
-        self.done(Target(pose, pen_down))
+        self.done(self.target(pose, pen_down=pen_down))
 
     # ------------------------------------------------------------------ in doubt
 
-    def resolve(self, pose: Pose) -> tuple[list[Target], str]:
-        """The robot says where it is, everything sent being done or lost.
+    def resolve(self, reported: Pose) -> tuple[list[Target], str]:
+        """The robot says where it is, in its own coordinates, everything sent being done or lost.
 
         Returns what got lost and has to be done again (not blindly: the pose shows it), and what people should know.
         """
         self.corrections += 1
         uncertain, expected = self._uncertain or [], self.position.robot
+        pose = self.frame.from_robot(reported)
         self.forget()
         if matches(pose, expected):
             for target in uncertain:
@@ -181,8 +238,20 @@ class Whereabouts:
             if pose.distance_to(expected.x_mm, expected.y_mm) > TOLERANCE_MM:
                 self.arrived(pose, pen_down=self.confirmed.pen_down)
             return [], ALL_DONE if uncertain else ""
-        poses = [self.confirmed.pose, *(target.pose for target in uncertain)]
-        last_done = max((i for i, p in enumerate(poses) if matches(pose, p)), default=len(uncertain))
+        targets = [self.confirmed._replace(frame=self._frame_now), *uncertain]
+        frames = [target.frame or self.frame for target in targets]
+        last_done = max(
+            (i for i, frame in enumerate(frames) if matches(frame.from_robot(reported), targets[i].pose)),
+            default=None,
+        )
+        if last_done is None:
+            # What it did instead is not known. It believes that it turned as far as it did.
+            pose = self.found((), reported)
+            last_done = len(uncertain)
+        else:
+            # Turns that got lost have changed nothing of what it believes.
+            self.frame = frames[last_done]
+            pose = self.frame.from_robot(reported)
         for target in uncertain[:last_done]:
             self.done(target)
         again = uncertain[last_done:]
