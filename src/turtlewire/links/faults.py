@@ -119,6 +119,7 @@ class FaultyLink(Link):
         self._check_open()
         self._put(self._to_robot, data, "robot")
         self._deliver()
+        self._see_to_it()
 
     def write_urgent(self, data: bytes) -> None:
         """What has not got through yet is taken back; the bytes themselves suffer like any others."""
@@ -130,6 +131,12 @@ class FaultyLink(Link):
             self._link.write_urgent(damaged)
         else:
             self._push(self._to_robot, at, damaged)
+            self._see_to_it()
+
+    def _see_to_it(self) -> None:
+        """Whoever reads hands over what is late: it must not sleep longer than that."""
+        if self._to_robot:
+            self._link.wake()
 
     async def read(self, until: float) -> bytes:
         """Wait for bytes, or what became of them."""

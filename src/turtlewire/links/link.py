@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
 
 from turtlewire.errors import LinkClosedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 class Link(ABC):
@@ -41,9 +45,16 @@ class Link(ABC):
         Raises ``LinkClosedError`` when the link has ended and all that came has been read.
         """
 
+    def listen(self, receive: Callable[[bytes], None]) -> bool:  # noqa: ARG002 - for those that can
+        """From now on hand over bytes as they come; ``read`` then waits for time, for ``wake``, or for the link's end.
+
+        Returns False, and does nothing, where a link cannot do that: its bytes are read.
+        """
+        return False
+
     @abstractmethod
     def wake(self) -> None:
-        """End a ``read`` that waits: there is something new to send, or an earlier time to wait for."""
+        """End a ``read`` that waits: there is an earlier time to wait for, or something else to be done."""
 
     @abstractmethod
     async def close(self) -> None:

@@ -199,7 +199,7 @@ class Reconnecting:
                     "trying goes on"
                 )
             if session.link.in_background:
-                await session.change(until)
+                await session.change(lambda: self.state != "reconnecting" or bool(session.ended), until)
             else:
                 await self.open_here(until)
 

@@ -1,8 +1,8 @@
 """The one pump between a link and a host's state machine: bytes, timers, events.
 
-Where the link lives in the background (a real port) a task pumps all the time, so that events are seen and a
-watchdog is fed while the program thinks. Where it lives in virtual time, whoever waits pumps: then nothing ever
-suspends, and asyncio is not even imported.
+Where the link lives in the background (a real port) bytes are taken as they come, and a task sees to the time, so that
+events are seen and a watchdog is fed while the program thinks. Where it lives in virtual time, whoever waits
+pumps: then nothing ever suspends, and asyncio is not even imported.
 
 A link that ends is the end of the session, or the beginning of ``reconnecting``.
 """
@@ -41,6 +41,11 @@ async def ended(task: asyncio.Task[None]) -> None:
     await asyncio.wait([task])  # awaiting the task itself could not tell its end from that of whoever waits
     if not task.cancelled():
         task.result()
+
+
+def _wake(waiter: asyncio.Future[None]) -> None:
+    if not waiter.done():
+        waiter.set_result(None)
 
 
 class HostMachine(Protocol[Event_co]):
@@ -87,16 +92,20 @@ class Session(Generic[EventT]):
         self._on_event = on_event
         self._is_broken = False  # lost or ended: nothing can be sent or heard
         self._reconnecting: Reconnecting | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._pump: asyncio.Task[None] | None = None
-        self._changed: asyncio.Event | None = None
+        # Who waits, and for what; and until when the pump sleeps.
+        self._waiting: dict[asyncio.Future[None], Callable[[], bool]] = {}
+        self._sleeps_until = -math.inf
 
     def start(self) -> None:
         """Begin to pump; for a link in the background, from within its event loop."""
         if self.link.in_background:
             import asyncio
 
-            self._changed = asyncio.Event()
+            self._loop = asyncio.get_running_loop()
             self._pump = asyncio.create_task(self._pump_forever(), name=PUMP)
+            self.link.listen(self._received)
 
     def reconnect_by(self, reconnecting: Reconnecting) -> None:
         """From now on, open a link that ends again."""
@@ -135,21 +144,42 @@ class Session(Generic[EventT]):
         """
         losses = self.losses
         self.flush()
-        while (
-            losses == self.losses
-        ):  # after a loss the machine is empty, and nothing that it says is about before
+        # After a loss the machine is empty, and nothing that it says is about before.
+        while losses == self.losses:
             if condition():
                 return True
             if self._is_broken:
                 break
             if self.link.now() >= deadline:
                 return False
-            if self._changed is None:
+            if self._loop is None:
                 with contextlib.suppress(_BrokenError):
                     await self._step(deadline)
             else:
-                await self.change(deadline)
+                await self.change(condition, deadline)
         raise self.error()
+
+    async def change(self, condition: Callable[[], bool], deadline: float = math.inf) -> None:
+        """Wait until a condition may hold, until a time, or until the link has ended; only where somebody pumps."""
+        assert self._loop is not None
+        waiter = self._loop.create_future()
+        self._waiting[waiter] = condition
+        alarm = None
+        if deadline < math.inf:
+            alarm = self._loop.call_later(max(0.0, deadline - self.link.now()), _wake, waiter)
+        try:
+            await waiter
+        finally:
+            self._waiting.pop(waiter, None)
+            if alarm is not None:
+                alarm.cancel()
+
+    def notify(self) -> None:
+        """Something has happened: wake those who need not wait any longer."""
+        if self._waiting:
+            for waiter, condition in list(self._waiting.items()):
+                if self._is_broken or condition():
+                    _wake(waiter)
 
     def check(self) -> None:
         """Before anything that moves the robot. Raises ``LinkLostError`` until that is allowed again, or for good."""
@@ -247,21 +277,42 @@ class Session(Generic[EventT]):
                 self.link.write(data)
         except LinkClosedError as error:
             raise self._broke(error) from None
-        self.link.wake()
+        if self._host.next_timeout() < self._sleeps_until:
+            self.link.wake()
+
+    def _received(self, data: bytes) -> None:
+        """Bytes came, by themselves."""
+        if self._is_broken:
+            return  # somebody else has seen it end: what came before does not count any more
+        try:
+            self._take(data)
+            self._send()
+            self.notify()
+        except _BrokenError:
+            pass  # whoever waits has been woken
+        except BaseException:
+            self.end(f"the link to {self.link.url} is not served any more")
+            raise
+
+    def _take(self, data: bytes) -> None:
+        self.bytes_received += len(data)
+        for event in self._host.receive_data(data, self.link.now()):
+            self._on_event(event)
 
     async def _step(self, deadline: float = math.inf) -> None:
         """Let one thing happen."""
+        self._sleeps_until = min(deadline, self._host.next_timeout())
         try:
-            data = await self.link.read(min(deadline, self._host.next_timeout()))
+            data = await self.link.read(self._sleeps_until)
         except LinkClosedError as error:
             raise self._broke(error) from None
+        finally:
+            self._sleeps_until = -math.inf
         if self._is_broken:  # somebody else has seen it end: what came before does not count any more
             raise _BrokenError
-        now = self.link.now()
         if data:
-            self.bytes_received += len(data)
-            for event in self._host.receive_data(data, now):
-                self._on_event(event)
+            self._take(data)
+        now = self.link.now()
         if now >= self._host.next_timeout():
             for event in self._host.timed_out(now):
                 self._on_event(event)
@@ -280,23 +331,3 @@ class Session(Generic[EventT]):
         finally:
             # However it ends, nobody may go on waiting for it.
             self.end(f"the link to {self.link.url} is not served any more")
-
-    def notify(self) -> None:
-        """Something has happened: whoever waits looks again."""
-        if self._changed is None:
-            return
-        import asyncio
-
-        self._changed.set()
-        self._changed = asyncio.Event()
-
-    async def change(self, deadline: float = math.inf) -> None:
-        """Wait until the pump has let something happen; only where one pumps."""
-        import asyncio
-
-        assert self._changed is not None
-        timeout = None if deadline == math.inf else max(0.0, deadline - self.link.now())
-        with contextlib.suppress(TimeoutError):
-            # Not wait_for, which in Python 3.11 can swallow a cancellation.
-            async with asyncio.timeout(timeout):
-                await self._changed.wait()
