@@ -85,6 +85,35 @@ def test_ctrl_c_ends_listening_and_it_says_what_it_has(cli: Cli, line: tuple[int
     ended.check_said("interrupted (SIGINT)")
 
 
+def test_the_rate_of_what_talks_is_found(cli: Cli) -> None:
+    simulator = cli.simulate("--baud", "115200", robot="frame?dialect=telemetry", speed="1")
+    ended = cli("identify", simulator.url, "--baud", "auto", "--json")
+    assert ended.code == 0
+    told = json.loads(ended.out)
+    assert (told["baud"], told["verdicts"][0]["protocol"]) == (115200, "frame")
+    ended.check_said("at one rate after the other", "     9600 baud  ")
+
+
+def test_ctrl_c_ends_listening_at_all_rates_too(cli: Cli, line: tuple[int, str]) -> None:
+    process = cli.start("identify", line[1], "--baud", "auto", "--seconds", "1e9")
+    process.wait_for_err("listening at")
+    process.signal(signal.SIGINT)
+    ended = process.end()
+    assert ended.code == 130
+    assert "there are no bytes" in ended.out
+    ended.check_said("interrupted (SIGINT)")
+
+
+def test_a_port_that_vanishes_while_all_rates_are_listened_to(cli: Cli) -> None:
+    simulator = cli.simulate("--baud", "9600", speed="1")
+    process = cli.start("identify", simulator.url, "--baud", "auto", "--seconds", "1e9")
+    process.wait_for_err("listening at")
+    simulator.signal(signal.SIGKILL)
+    ended = process.end()
+    assert (ended.code, ended.out) == (3, "")
+    ended.check_said("ended")
+
+
 def test_a_port_in_use_is_said(cli: Cli, wire: Callable[..., Wire]) -> None:
     robot = wire()
     holder = cli.start("identify", robot.path, "--seconds", "1e9")

@@ -144,3 +144,10 @@ def test_one_clear_paragraph(
 def test_a_device_that_is_no_terminal_is_read_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["identify", "/dev/null"]) == 1
     assert "there are no bytes" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("baud", ["fast", "0", "9600.0", "99999999"])
+def test_a_rate_that_is_none(baud: str) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["identify", "/dev/ttyUSB0", "--baud", baud])
+    assert ended.value.code == 2
