@@ -33,7 +33,7 @@ examples:
   turtlewire doctor elsie
       a robot that robots.toml has already
 
-Nothing that is sent before the robot is known can move it, whatever it speaks, at whatever rate (docs/doctor.md).
+Nothing that is sent before the robot is known can move it, whatever it speaks, at any usual rate (docs/doctor.md).
 
 exit codes:
   0 found, and written if that was wanted; 3 nothing was found, or something is wrong with the port
