@@ -4,6 +4,9 @@ Where the link lives in the background (a real port) bytes are taken as they com
 events are seen and a watchdog is fed while the program thinks. Where it lives in virtual time, whoever waits
 pumps: then nothing ever suspends, and asyncio is not even imported.
 
+A session has one alarm: a set-point ends when its time is up, whoever is or is not waiting for that; a motion ends on
+time though the program that began it was cancelled, and a joystick that fell silent stops its robot.
+
 A link that ends is the end of the session, or the beginning of ``reconnecting``.
 """
 
@@ -75,14 +78,28 @@ class Session(Generic[EventT]):
 
     Every event of the machine is handed to ``on_event``, which must neither wait nor raise.
 
+    Args:
+        link: to the robot.
+        host: the machine.
+        on_event: told what happens.
+        byte_s: how long a byte takes on the line, seconds.
+
     Attributes:
+        sent_at: when the first bytes since ``mark`` were sent, on the link's clock; None: none have been yet.
+        arrived_at: when the robot had all of them, if the line was free.
+        free_at: when all bytes that were sent so far will have left.
         ended: why there is no link any more, for people; "" while there is one, or may be one again.
         losses: how often the link was lost.
         is_told: whether anybody has been told of the last loss, or of the end, by an error.
     """
 
-    def __init__(self, link: Link, host: HostMachine[EventT], on_event: Callable[[EventT], None]) -> None:
+    def __init__(
+        self, link: Link, host: HostMachine[EventT], on_event: Callable[[EventT], None], byte_s: float
+    ) -> None:
         self.link = link
+        self.sent_at: float | None = None
+        self.arrived_at = -math.inf
+        self.free_at = -math.inf
         self.bytes_sent = 0
         self.bytes_received = 0
         self.ended = ""
@@ -90,6 +107,9 @@ class Session(Generic[EventT]):
         self.is_told = True
         self._host = host
         self._on_event = on_event
+        self._byte_s = byte_s
+        self._alarm_at = math.inf
+        self._act: Callable[[float], None] = lambda _: None
         self._is_broken = False  # lost or ended: nothing can be sent or heard
         self._reconnecting: Reconnecting | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -127,6 +147,22 @@ class Session(Generic[EventT]):
     def reconnections(self) -> int:
         """How often the robot was reached again after the link was lost."""
         return self._reconnecting.count if self._reconnecting is not None else 0
+
+    # ------------------------------------------------------------------ the alarm, and when what was sent
+
+    def set_alarm(self, at: float, act: Callable[[float], None]) -> None:
+        """Have ``act`` called once, with the time, as soon as it is ``at``; instead of any alarm set before."""
+        self._alarm_at, self._act = at, act
+        if at < self._sleeps_until:
+            self.link.wake()
+
+    def clear_alarm(self) -> None:
+        """Forget the alarm."""
+        self._alarm_at = math.inf
+
+    def mark(self) -> None:
+        """From now on, ``sent_at`` and ``arrived_at`` are about the next bytes that go out."""
+        self.sent_at = None
 
     # ------------------------------------------------------------------ sending and waiting
 
@@ -228,6 +264,7 @@ class Session(Generic[EventT]):
             return _BrokenError()
         self.losses += 1
         self._is_broken, self.is_told = True, False
+        self.clear_alarm()
         self._reconnecting.lost(str(error))
         for event in self._host.link_lost(self.link.now()):
             self._on_event(event)
@@ -264,21 +301,29 @@ class Session(Generic[EventT]):
     # ------------------------------------------------------------------ pumping
 
     def _send(self) -> None:
+        host, link = self._host, self.link
+        now = link.now()
         try:
-            urgent = self._host.urgent_to_send()
+            urgent = host.urgent_to_send()
             if urgent:
-                self.bytes_sent += len(urgent)
-                self.link.write_urgent(urgent)
+                self._count(len(urgent), now)
+                link.write_urgent(urgent)
             if self._is_broken:
                 raise _BrokenError
-            data = self._host.data_to_send(self.link.now())
+            data = host.data_to_send(now)
             if data:
-                self.bytes_sent += len(data)
-                self.link.write(data)
+                self._count(len(data), now)
+                if self.sent_at is None:
+                    self.sent_at, self.arrived_at = now, now + len(data) * self._byte_s
+                link.write(data)
         except LinkClosedError as error:
             raise self._broke(error) from None
-        if self._host.next_timeout() < self._sleeps_until:
-            self.link.wake()
+        if host.next_timeout() < self._sleeps_until:
+            link.wake()
+
+    def _count(self, size: int, now: float) -> None:
+        self.bytes_sent += size
+        self.free_at = max(self.free_at, now) + size * self._byte_s
 
     def _received(self, data: bytes) -> None:
         """Bytes came, by themselves."""
@@ -301,7 +346,7 @@ class Session(Generic[EventT]):
 
     async def _step(self, deadline: float = math.inf) -> None:
         """Let one thing happen."""
-        self._sleeps_until = min(deadline, self._host.next_timeout())
+        self._sleeps_until = min(deadline, self._alarm_at, self._host.next_timeout())
         try:
             data = await self.link.read(self._sleeps_until)
         except LinkClosedError as error:
@@ -313,6 +358,9 @@ class Session(Generic[EventT]):
         if data:
             self._take(data)
         now = self.link.now()
+        if now >= self._alarm_at:
+            self.clear_alarm()
+            self._act(now)
         if now >= self._host.next_timeout():
             for event in self._host.timed_out(now):
                 self._on_event(event)

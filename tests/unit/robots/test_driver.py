@@ -111,7 +111,7 @@ class DeafLink(Link):
 
 
 def session(link: Link) -> Session[Any]:
-    made: Session[Any] = Session(link, Host(), lambda _: None)
+    made: Session[Any] = Session(link, Host(), lambda _: None, 0.001)
     made.start()
     return made
 
@@ -138,7 +138,7 @@ def test_a_write_that_finds_the_link_ended_is_the_end_of_the_session() -> None:
     async def main() -> None:
         link = DeafLink()
         host = Host()
-        one: Session[Any] = Session(link, host, lambda _: None)
+        one: Session[Any] = Session(link, host, lambda _: None, 0.001)
         link.ended = True
         host.emergency_stop(0.0)
         with pytest.raises(LinkClosedError):

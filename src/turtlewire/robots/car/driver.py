@@ -177,7 +177,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         motion = self._motion(pwm, steering)
         await self._hold(motion, held_s, lambda: self._submit_motor(pwm), settle_s=0.0)
         rest_s = self._calibration.settle_s if settle_s is None else settle_s
-        await self._pause(self._timed.arrived_at + rest_s - self.link.now())
+        await self._pause(self._session.arrived_at + rest_s - self.link.now())
         self.account.settle()
 
     async def turn_wheels(self, steering: int, seconds: float) -> None:
@@ -389,7 +389,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         """Section 4: ``S000000`` when in step, else S7 first; and if no reply comes, the bytes that stop any robot."""
         host = self._host
         self._stops += 1
-        self._timed.clear_alarm()
+        self._session.clear_alarm()
         self.account.end(self.link.now())
         try:
             host.submit(Stop())
@@ -431,7 +431,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         """S8. A timed motion is over: the way back into step stops the car, and the motion must not be sent again."""
         now = self.link.now()
         if self._is_holding and self.account.is_moving:
-            self._timed.clear_alarm()
+            self._session.clear_alarm()
             self._lost_at = now
             self._host.submit(Stop())
         elif self._is_driven:
@@ -463,7 +463,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
 
     def _fail(self, text: str) -> None:
         self.trouble = NoReplyError(text)
-        self._timed.clear_alarm()
+        self._session.clear_alarm()
         self._forget()
         self._is_driven = False
         self.account.end(self.link.now())

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from turtlewire.links.link import Link
-    from turtlewire.robots.timed.timed_host import SetPointHost
+    from turtlewire.robots.timed.motions import SetPointHost
     from turtlewire.trace import Obstacle, Paper, Trace
 
 # What one command may ask for: a kilometre, or a million degrees or seconds.

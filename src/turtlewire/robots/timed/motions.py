@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import math
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from turtlewire.errors import LinkClosedError, LinkError, LinkLostError, StoppedError
 from turtlewire.robots.reconnecting import Reconnecting
-from turtlewire.robots.session import Session
+from turtlewire.robots.session import HostMachine, Session
 from turtlewire.robots.timed.reckoning import STILL, Motion, Reckoning
-from turtlewire.robots.timed.timed_host import SetPointHost, TimedHost
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -22,7 +21,19 @@ if TYPE_CHECKING:
     from turtlewire.turtle import Pose
 
 EventT = TypeVar("EventT")
+EventT_co = TypeVar("EventT_co", covariant=True)
 BITS_PER_BYTE = 10  # 8N1
+
+
+class SetPointHost(HostMachine[EventT_co], Protocol[EventT_co]):
+    """The host's end of a protocol of set-points."""
+
+    @property
+    def idle(self) -> bool:
+        """Nothing to send, and everything that is answered at all is answered."""
+
+    def emergency_stop(self, now: float) -> None:
+        """Stop the robot from any state, ahead of everything."""
 
 
 class TimedMotions(ABC, Generic[EventT]):
@@ -51,8 +62,7 @@ class TimedMotions(ABC, Generic[EventT]):
         self.started = link.now()
         self.trouble: TurtlewireError | None = None
         self._machine = host
-        self._timed: TimedHost[EventT] = TimedHost(host, BITS_PER_BYTE / baud)
-        self._session: Session[EventT] = Session(link, self._timed, self._on_event)
+        self._session: Session[EventT] = Session(link, host, self._on_event, BITS_PER_BYTE / baud)
         self._notify = notify
         # Bytes, and time: a robot has heard a set-point, or a stop, when it has arrived.
         self._arrival_s = stop_size * BITS_PER_BYTE / baud
@@ -153,7 +163,7 @@ class TimedMotions(ABC, Generic[EventT]):
         """Stop at once, ahead of everything; the turtle is where the robot is now. Raises ``LinkError``."""
         self._stops += 1
         now = self.link.now()
-        self._timed.clear_alarm()
+        self._session.clear_alarm()
         self._is_driven = False
         self.account.end(now + self._arrival_s)
         self.account.settle()
@@ -234,10 +244,10 @@ class TimedMotions(ABC, Generic[EventT]):
     async def _told(self, submit: Callable[[], None]) -> float:
         """Submit something, and wait until it goes out; when it will have arrived."""
         await self._until(lambda: self._machine.idle)
-        self._timed.mark()
+        self._session.mark()
         submit()
-        await self._until(lambda: self._timed.sent_at is not None)
-        return self._timed.arrived_at
+        await self._until(lambda: self._session.sent_at is not None)
+        return self._session.arrived_at
 
     async def _hold(
         self,
@@ -258,17 +268,17 @@ class TimedMotions(ABC, Generic[EventT]):
         held_s = max(0.0, seconds - self._overrun_s)
 
         def end(now: float) -> None:
-            self._timed.mark()
+            self._session.mark()
             self._halt()
             self._ended_at = now + self._arrival_s
 
         with self._holding():
             self.account.begin(motion, await self._told(submit), is_drawn=is_drawn)
             # What ends it takes as long on the line as what began it.
-            assert self._timed.sent_at is not None
-            self._timed.set_alarm(self._timed.sent_at + held_s, end)
+            assert self._session.sent_at is not None
+            self._session.set_alarm(self._session.sent_at + held_s, end)
             await self._until(lambda: self._ended_at is not None and self._machine.idle)
-            self.account.end(self._timed.arrived_at + self._overrun_s)
+            self.account.end(self._session.arrived_at + self._overrun_s)
             await self._pause(self._settle_s if settle_s is None else settle_s)
 
     @contextlib.contextmanager
@@ -292,7 +302,7 @@ class TimedMotions(ABC, Generic[EventT]):
         """Let the robot move so until told otherwise. Takes it away from a program that moves it."""
         if self._is_holding:
             self._stops += 1
-            self._timed.clear_alarm()
+            self._session.clear_alarm()
         submit()
         self.account.begin(motion, self.link.now() + self._arrival_s)
         self.account.settle()
@@ -302,15 +312,15 @@ class TimedMotions(ABC, Generic[EventT]):
     def _expire(self, valid_s: float | None) -> None:
         """Have what was just told end after so long, unless something newer comes; None: it goes on."""
         if valid_s is None:
-            self._timed.clear_alarm()
+            self._session.clear_alarm()
         else:
-            self._timed.set_alarm(self.link.now() + valid_s, self._out_of_time)
+            self._session.set_alarm(self.link.now() + valid_s, self._out_of_time)
 
     async def _take_over(self) -> None:
         """Before a motion of the turtle: whoever drove by hand does not any more; it starts where that ended."""
         if not self._is_driven:
             return
-        self._timed.clear_alarm()
+        self._session.clear_alarm()
         self._is_driven = False
         with self._holding():
             self._ended_at = await self._told(self._halt)

@@ -315,7 +315,7 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
 
         self._motions += 1
         await self._hold(planned, seconds, submit, settle_s=settle_s and 0.0)
-        still_at = self._timed.arrived_at
+        still_at = self._session.arrived_at
         for _ in range(self._settings.halts - 1):
             await self._told(self._halt)
         if settle_s is not None:
@@ -394,7 +394,7 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
     def _bumped(self) -> None:
         """Something is in the way: stop, and tell whoever waits or comes next."""
         self._blocked = _way(self._wheels.motion(self._told_wheels)) or "front"
-        self._timed.clear_alarm()
+        self._session.clear_alarm()
         self._out_of_time(self.link.now())
         if self._odometer.heard_at is not None:
             self._compare()

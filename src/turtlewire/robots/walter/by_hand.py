@@ -123,9 +123,9 @@ class ByHand:
             raise MessageError(f"valid_s is {valid_s}, but must be above 0 seconds, or None")
         await self._send(lambda: self._missing(_keys(speed, turn)))
         if valid_s is None:
-            self._wire.timed.clear_alarm()
+            self._wire.session.clear_alarm()
         else:
-            self._wire.timed.set_alarm(self._wire.link.now() + valid_s, self._out_of_time)
+            self._wire.session.set_alarm(self._wire.link.now() + valid_s, self._out_of_time)
 
     async def hold(self, speed: int, seconds: float, *, turning: bool) -> None:
         """Drive or turn with a speed for a time; see ``AsyncWalter.hold``."""
@@ -136,12 +136,12 @@ class ByHand:
         part = speed / FULL_SPEED
         wire.check()
         # Keys would take back what has not left yet, and begin the sooner.
-        await wire.until(lambda: False, wire.timed.free_at)
+        await wire.until(lambda: False, wire.session.free_at)
         await self.press(*(_keys(0.0, part) if turning else _keys(part, 0.0)))
         # The emergency stop acts with its last byte, as does the key that starts.
         stop_s = len(EMERGENCY_STOP) * 10.0 / wire.settings.baud
-        ends_at = wire.timed.free_at + seconds
-        wire.timed.set_alarm(ends_at - stop_s, self._out_of_time)
+        ends_at = wire.session.free_at + seconds
+        wire.session.set_alarm(ends_at - stop_s, self._out_of_time)
         await wire.until(lambda: False, ends_at)
 
     def _missing(self, keys: tuple[DirectKey, ...]) -> tuple[DirectKey, ...]:
@@ -172,7 +172,7 @@ class ByHand:
         self._newest += 1
         number = self._newest
         if host.mode is Mode.DIRECT:
-            await wire.until(lambda: number != self._newest, wire.timed.free_at)
+            await wire.until(lambda: number != self._newest, wire.session.free_at)
             if number != self._newest:
                 return
         else:
@@ -193,7 +193,7 @@ class ByHand:
                 wire.pen_down = isinstance(key, LowerPen)
         wire.session.flush()
         settings = wire.settings
-        hand.begin(hand.motion(settings.mm_per_s_per_unit, settings.deg_per_s_per_unit), wire.timed.free_at)
+        hand.begin(hand.motion(settings.mm_per_s_per_unit, settings.deg_per_s_per_unit), wire.session.free_at)
         hand.pen_down = wire.pen_down
 
     def _out_of_time(self, now: float) -> None:

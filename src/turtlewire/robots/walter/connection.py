@@ -42,7 +42,6 @@ from turtlewire.robots.exact_pose import Step, Turn, wire_parts, with_rest
 from turtlewire.robots.frame import Frame
 from turtlewire.robots.reconnecting import Reconnecting
 from turtlewire.robots.session import Session
-from turtlewire.robots.timed.timed_host import TimedHost
 from turtlewire.robots.walter.questions import Question, reported
 from turtlewire.robots.walter.whereabouts import Whereabouts
 from turtlewire.turtle import HOME, Pose
@@ -94,8 +93,7 @@ class Connection:
         self.host = Host(
             baud=settings.baud, max_unfenced=settings.max_unfenced, heartbeat_s=settings.heartbeat_s
         )
-        self.timed: TimedHost[Event] = TimedHost(self.host, 10.0 / settings.baud)
-        self.session: Session[Event] = Session(link, self.timed, self._on_event)
+        self.session: Session[Event] = Session(link, self.host, self._on_event, 10.0 / settings.baud)
         self.where = Whereabouts(settings.distance_scale, settings.turn_scale)
         self.pen_down = True
         self.speed = settings.speed
@@ -334,7 +332,7 @@ class Connection:
     def halt(self) -> None:
         """``stop``, as soon as something is sent: keys of direct control may go out with it."""
         self._stops += 1
-        self.timed.clear_alarm()
+        self.session.clear_alarm()
         self.end_hand(self.link.now())
         self.host.emergency_stop(self.link.now())
 
