@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tools.generators.cpp import FIRMWARE
 from tools.generators.python import ROOT, formatted
 from turtlewire.protocols.frame.description import read
 from turtlewire.protocols.frame.dialect import Dialect
+from turtlewire.protocols.frame.header import header, namespace
 from turtlewire.protocols.frame.page import page
 from turtlewire.protocols.message import Field
 
@@ -83,7 +85,9 @@ def files() -> dict[Path, str]:
     """The generated files and what they must contain."""
     texts = {name: (ROOT / "spec/protocols" / file).read_text("utf-8") for name, file in SOURCES.items()}
     folder = ROOT / "src/turtlewire/protocols/frame"
+    dialects = [Dialect(read(text, SOURCES[name])) for name, text in texts.items()]
     return {
+        **{FIRMWARE / f"{namespace(dialect)}.h": header(dialect) for dialect in dialects},
         folder / "messages.py": python(texts),
         **{folder / "dialects" / f"{name}.toml": text for name, text in texts.items()},
         ROOT / "docs/protocols/frame-messages.md": pages(texts),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING, Any
 
+from tools.generators.cpp import FIRMWARE, cpp_header, snake
 from tools.generators.python import RANGES, ROOT, field_source, formatted
 
 if TYPE_CHECKING:
@@ -129,10 +130,54 @@ def page(spec: dict[str, Any]) -> str:
     return "\n".join(out) + "\n"
 
 
+def cpp(spec: dict[str, Any]) -> str:
+    """The robot's header."""
+    commands = [m for m in spec["message"] if m["direction"] == "to robot"]
+    replies = [m for m in spec["message"] if m["direction"] == "from robot"]
+    constants = [
+        f"const uint32_t BAUD = {spec['baud']}UL;  // S6",
+        f"const uint8_t LENGTH = {spec['length']};",
+        f"const uint8_t MAX_WINDOW = {spec['max_window']};  // S9",
+        "",
+        *(f"const uint8_t {snake(m['name']).upper()} = '{m['letter']}';  // {m['doc']}" for m in commands),
+        "",
+        *(f"const uint8_t {snake(m['name']).upper()} = '{m['letter']}';  // {m['doc']}" for m in replies),
+    ]
+    cases = [f"    case {snake(m['name']).upper()}: return {cpp_form(m)};" for m in commands]
+    return cpp_header(
+        "simple",
+        [
+            *constants,
+            "",
+            "// How the six positions of a command are filled.",
+            "enum Form : uint8_t {",
+            "  FORM_UNKNOWN,",
+            "  FORM_EMPTY,   // nothing but don't-care positions",
+            "  FORM_NUMBER,  // three digits, 000..255",
+            "  FORM_BITS,    // four digits: 0 off, any other on",
+            "};",
+            "",
+            "inline Form form_of(uint8_t letter) {",
+            "  switch (letter) {",
+            *cases,
+            "    default: return FORM_UNKNOWN;",
+            "  }",
+            "}",
+        ],
+    )
+
+
+def cpp_form(message: dict[str, Any]) -> str:
+    """The form of a command; the parser on the robot knows these three."""
+    forms = {(): "FORM_EMPTY", ("u8",): "FORM_NUMBER", ("bit",) * 4: "FORM_BITS"}
+    return forms[tuple(field["kind"] for field in message.get("fields", []))]
+
+
 def files() -> dict[Path, str]:
     """The generated files and what they must contain."""
     spec = tomllib.loads((ROOT / "spec/protocols/simple.toml").read_text("utf-8"))
     return {
         ROOT / "src/turtlewire/protocols/simple/messages.py": python(spec),
         ROOT / "docs/protocols/simple-messages.md": page(spec),
+        FIRMWARE / "simple_messages.h": cpp(spec),
     }

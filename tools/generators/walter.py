@@ -5,11 +5,13 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING, Any
 
+from tools.generators.cpp import FIRMWARE, cpp_header, snake
 from tools.generators.python import RANGES, ROOT, field_source, formatted
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+SIZES = {"u8": 1, "u16": 2, "i16": 2}
 BASES = {"logo": "LogoCommand", "direct": "DirectKey", "robot": "RobotMessage"}
 SECTIONS = {
     "logo": ("Logo control, host to robot", "letters, fields, RET"),
@@ -127,10 +129,90 @@ def page(spec: dict[str, Any]) -> str:
     return "\n".join(out) + "\n"
 
 
+def cpp(spec: dict[str, Any]) -> str:
+    """The robot's header: every command and key a number, and how it is written."""
+    lines = [m for m in spec["message"] if m["mode"] == "logo" and m["letters"]]
+    keys = [m for m in spec["message"] if m["mode"] == "direct"]
+    clashing = {m["name"] for m in lines} & {m["name"] for m in keys}
+    for message in lines + keys:
+        # What the parser on the robot relies on.
+        assert all("max" not in field for field in message.get("fields", [])), message["name"]
+        assert message.get("group", "") in ("", message["letters"][0]), message["name"]
+    names = {id(m): cpp_name(m, clashing) for m in lines + keys}
+    sizes = {id(m): sum(SIZES[field["kind"]] for field in m.get("fields", [])) for m in lines + keys}
+    prefixes = sorted({m["letters"][0] for m in lines if len(m["letters"]) > 1})
+    any_of = " || ".join(f"letter == '{prefix}'" for prefix in prefixes)
+    limits, calibration = spec["limits"], spec["calibration"]
+    return cpp_header(
+        "walter",
+        [
+            f"const uint32_t BAUD = {spec['baud']}UL;  // W16",
+            f"const uint8_t QUEUE_COMMANDS = {limits['queue_commands']};  // what a host may have sent ahead (W9)",
+            f"const uint8_t DEFAULT_SPEED = {calibration['default_speed']};",
+            f"const uint8_t MAX_ARGUMENTS = {max(sizes.values())};",
+            "",
+            "enum Id : uint8_t {",
+            "  // Logo control.",
+            "  EMPTY_LINE,",
+            *(f"  {names[id(m)]},  // {m['doc']}" for m in lines),
+            "  // Direct control.",
+            *(f"  {names[id(m)]},  // {m['doc']}" for m in keys),
+            "};",
+            "",
+            f"inline bool is_key(Id id) {{ return id >= {names[id(keys[0])]}; }}",
+            "",
+            "// A message, and how many bytes of arguments follow its letters.",
+            "struct Form {",
+            "  Id id;",
+            "  uint8_t size;",
+            "};",
+            "",
+            "// The command that begins with these letters, the second 0 if there is none; false: none does.",
+            "inline bool find_line(uint8_t first, uint8_t second, Form& form) {",
+            "  switch ((static_cast<uint16_t>(first) << 8U) | second) {",
+            *(
+                f"    case {letters(m)}: form = {{{names[id(m)]}, {sizes[id(m)]}}}; return true;"
+                for m in lines
+            ),
+            "    default: return false;",
+            "  }",
+            "}",
+            "",
+            "// Whether a second letter has to follow.",
+            "inline bool is_prefix(uint8_t letter) {",
+            f"  return {any_of};",
+            "}",
+            "",
+            "inline bool find_key(uint8_t key, Form& form) {",
+            "  switch (key) {",
+            *(
+                f"    case '{m['letters']}': form = {{{names[id(m)]}, {sizes[id(m)]}}}; return true;"
+                for m in keys
+            ),
+            "    default: return false;",
+            "  }",
+            "}",
+        ],
+    )
+
+
+def cpp_name(message: dict[str, Any], clashing: set[str]) -> str:
+    """Its name in C++; keys that are called as a command is are told apart."""
+    name = snake(message["name"]).upper()
+    return f"KEY_{name}" if message["mode"] == "direct" and message["name"] in clashing else name
+
+
+def letters(message: dict[str, Any]) -> str:
+    """Both letters in 16 bits, as hexadecimal."""
+    first, second = (message["letters"] + "\0")[:2]
+    return f"0x{ord(first):02X}{ord(second):02X}"
+
+
 def files() -> dict[Path, str]:
     """The generated files and what they must contain."""
     spec = tomllib.loads((ROOT / "spec/protocols/walter.toml").read_text("utf-8"))
     return {
         ROOT / "src/turtlewire/protocols/walter/messages.py": python(spec),
         ROOT / "docs/protocols/walter-messages.md": page(spec),
+        FIRMWARE / "walter_messages.h": cpp(spec),
     }

@@ -163,6 +163,7 @@ def header(dialect: Dialect) -> str:
         out += _message(dialect, entry)
     for direction, function in ((TO_ROBOT, "command_size"), ("from robot", "telemetry_size")):
         out += _sizes(dialect, direction, function)
+    out += _traits(dialect)
     out += ["", f"}}  // namespace {name}", "", f"#endif  // {guard}"]
     return "\n".join(out) + "\n"
 
@@ -259,4 +260,56 @@ def _sizes(dialect: Dialect, direction: str, function: str) -> list[str]:
         "    default: return 0;",
         "  }",
         "}",
+    ]
+
+
+def _traits(dialect: Dialect) -> list[str]:
+    """What the robot's end of frame, a template, asks about its dialect."""
+    commands = {e.type: e.message_type.__name__ for e in dialect.entries if e.goes(TO_ROBOT) and e.is_decoded}
+    size = (
+        "(uint8_t type) { return command_size(type); }" if commands else "(uint8_t /* type */) { return 0; }"
+    )
+    out = [
+        "",
+        "// The dialect as turtlewire's parser wants it: frame::Robot<Dialect, Handler>, frame::Sender<Dialect>.",
+        "struct Dialect {",
+        f"  static uint8_t size{size}",
+        "  static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }",
+    ]
+    if not commands:
+        return [
+            *out,
+            "",
+            "  template <class Handler>",
+            "  static bool dispatch(const uint8_t* /* in */, Handler& /* handler */) {",
+            "    return false;",
+            "  }",
+            "};",
+        ]
+    return [
+        *out,
+        "",
+        "  // Hands one message, all of whose bytes are there, to handler.message(); false: it breaks its restriction.",
+        "  template <class Handler>",
+        "  static bool dispatch(const uint8_t* in, Handler& handler) {",
+        "    switch (in[0]) {",
+        *(
+            f"      case 0x{number:02X}: return hand_over<{name}>(in, handler);"
+            for number, name in commands.items()
+        ),
+        "      default: return false;",
+        "    }",
+        "  }",
+        "",
+        " private:",
+        "  template <class Message, class Handler>",
+        "  static bool hand_over(const uint8_t* in, Handler& handler) {",
+        "    Message message = Message();",
+        "    if (!unpack(in, Message::SIZE, message) || !valid(message)) {",
+        "      return false;",
+        "    }",
+        "    handler.message(message);",
+        "    return true;",
+        "  }",
+        "};",
     ]

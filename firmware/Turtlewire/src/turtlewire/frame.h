@@ -1,0 +1,188 @@
+// frame, the robot's end: A3-framed messages of a dialect, with a CRC-8 (F1..F13 in the protocol's decisions).
+//
+// No heap, no Arduino.h, no clock of its own: bytes and the time in, messages out. The dialect is a header that
+// `turtlewire dialect header FILE` makes; three come with this library. See examples/FrameRobot.
+#ifndef TURTLEWIRE_FRAME_H
+#define TURTLEWIRE_FRAME_H
+
+#include <stdint.h>
+#include <string.h>
+
+namespace turtlewire {
+namespace frame {
+
+const uint8_t MAGIC = 0xA3;
+const uint8_t HEADER = 3;
+const uint8_t OVERHEAD = 4;
+const uint8_t MAX_PAYLOAD = 124;
+const uint8_t MAX_FRAME = 128;
+// A partial frame is given up after a pause this long (F5).
+const uint16_t INTER_BYTE_MS = 100;
+
+// What has come; each counts modulo 65536. The reasons for which a frame is ignored are counted separately (F3).
+struct Statistics {
+  uint16_t frames;        // that count, empty ones included
+  uint16_t oversized;     // size above 124
+  uint16_t wrong_crc;
+  uint16_t incomplete;    // given up after the inter-byte timeout
+  uint16_t unknown_type;  // the CRC was right
+  uint16_t inconsistent;  // the CRC was right, but a message is cut short
+  uint16_t refused;       // messages that broke their restriction (F4)
+  uint16_t lost;          // frames missing in the sequence (F6)
+  uint16_t repeats;
+  uint16_t restarts;
+};
+
+// Bytes to messages. Dialect is the struct of that name in a dialect's header. Handler has:
+//
+//   void message(const M& message);    // for each message M of the dialect to the robot: carry it out
+//   void heard();                      // a frame counted: what feeds a watchdog
+template <class Dialect, class Handler>
+class Robot {
+ public:
+  explicit Robot(Handler& handler) : handler_(handler), statistics_(), count_(0), due_(-1), last_ms_(0) {}
+
+  // Takes one byte that came at a time in milliseconds, of any clock that goes on and may wrap.
+  void receive(uint8_t byte, uint32_t now_ms) {
+    pass(now_ms);
+    last_ms_ = now_ms;
+    buffer_[count_] = byte;
+    ++count_;
+    scan(false);
+  }
+
+  // Lets time pass: gives up a partial frame that is too old (F5). To be called now and then.
+  void pass(uint32_t now_ms) {
+    if (count_ != 0 && now_ms - last_ms_ >= INTER_BYTE_MS) {
+      scan(true);
+    }
+  }
+
+  const Statistics& statistics() const { return statistics_; }
+
+  // How many bytes of a partial frame are kept: at most 127.
+  uint8_t pending() const { return count_; }
+
+ private:
+  // F5: after what is no frame, look again from the byte after the failed magic.
+  void scan(bool ended) {
+    uint8_t at = 0;
+    while (at < count_) {
+      if (buffer_[at] != MAGIC) {
+        ++at;
+        continue;
+      }
+      const uint8_t rest = static_cast<uint8_t>(count_ - at);
+      const uint8_t* const start = buffer_ + at;
+      if (rest >= HEADER && start[2] > MAX_PAYLOAD) {
+        ++statistics_.oversized;
+        ++at;
+      } else if (rest >= HEADER && rest >= start[2] + OVERHEAD) {
+        if (Dialect::crc(start, start[2]) == start[HEADER + start[2]]) {
+          take(start);
+          at = static_cast<uint8_t>(at + start[2] + OVERHEAD);
+        } else {
+          ++statistics_.wrong_crc;
+          ++at;
+        }
+      } else if (ended) {
+        ++statistics_.incomplete;
+        ++at;
+      } else {
+        break;
+      }
+    }
+    count_ = static_cast<uint8_t>(count_ - at);
+    memmove(buffer_, buffer_ + at, count_);
+  }
+
+  // A frame whose CRC is right is consumed whole; it counts whole or not at all (F3).
+  void take(const uint8_t* start) {
+    follow(start[1]);
+    const uint8_t* const payload = start + HEADER;
+    const uint8_t size = start[2];
+    for (uint8_t at = 0; at < size;) {
+      const uint8_t step = Dialect::size(payload[at]);
+      if (step == 0) {
+        ++statistics_.unknown_type;
+        return;
+      }
+      if (step > size - at) {
+        ++statistics_.inconsistent;
+        return;
+      }
+      at = static_cast<uint8_t>(at + step);
+    }
+    ++statistics_.frames;
+    handler_.heard();
+    for (uint8_t at = 0; at < size; at = static_cast<uint8_t>(at + Dialect::size(payload[at]))) {
+      if (!Dialect::dispatch(payload + at, handler_)) {
+        ++statistics_.refused;
+      }
+    }
+  }
+
+  // F6: reported, never enforced.
+  void follow(uint8_t seq) {
+    const int16_t due = due_;
+    due_ = static_cast<uint8_t>(seq + 1U);
+    if (due < 0 || due == seq) {
+      return;
+    }
+    if (due_ == due) {
+      ++statistics_.repeats;
+    } else if (seq == 0) {
+      ++statistics_.restarts;
+    } else {
+      statistics_.lost = static_cast<uint16_t>(statistics_.lost + static_cast<uint8_t>(seq - due));
+    }
+  }
+
+  Handler& handler_;
+  Statistics statistics_;
+  uint8_t buffer_[MAX_FRAME];
+  uint8_t count_;
+  int16_t due_;  // the next sequence number, or -1 before the first frame
+  uint32_t last_ms_;
+};
+
+// Messages to frames: telemetry, where the dialect has some (F11). Counts the sequence number (F6).
+template <class Dialect>
+class Sender {
+ public:
+  Sender() : seq_(0), size_(0) {}
+
+  // Adds a message to the frame that is being made; false: there is no room, send it first (F9).
+  template <class Message>
+  bool add(const Message& message) {
+    if (size_ + Message::SIZE > MAX_PAYLOAD) {
+      return false;
+    }
+    size_ = static_cast<uint8_t>(size_ + pack(message, frame_ + HEADER + size_));
+    return true;
+  }
+
+  // Finishes the frame, which may be empty (F7): data() has so many bytes then. The next add() begins another.
+  uint8_t finish() {
+    frame_[0] = MAGIC;
+    frame_[1] = seq_;
+    frame_[2] = size_;
+    frame_[HEADER + size_] = Dialect::crc(frame_, size_);
+    const uint8_t size = static_cast<uint8_t>(size_ + OVERHEAD);
+    ++seq_;
+    size_ = 0;
+    return size;
+  }
+
+  const uint8_t* data() const { return frame_; }
+
+ private:
+  uint8_t frame_[MAX_FRAME];
+  uint8_t seq_;
+  uint8_t size_;
+};
+
+}  // namespace frame
+}  // namespace turtlewire
+
+#endif  // TURTLEWIRE_FRAME_H
