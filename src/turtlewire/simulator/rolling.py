@@ -117,6 +117,12 @@ class RollingBody(Body[S_co]):
         return Wheels(self._wheels_mm.left_mm + left, self._wheels_mm.right_mm + right)
 
     @property
+    def rotated_deg(self) -> float:
+        """How far its wheels have turned it since power-on, clockwise less counter-clockwise."""
+        left, right = self.wheels_mm
+        return math.degrees((left - right) / self.settings.track_mm)
+
+    @property
     def statistics(self) -> RollingStatistics:
         """What it has done since power-on, up to now."""
         distance_mm, turned_deg = self._driven() if self._leg else (0.0, 0.0)

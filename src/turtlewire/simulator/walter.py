@@ -59,7 +59,7 @@ class SimulatedWalter(Body[Settings]):
         self._pen_target = settings.pen_down
         self._pen_s = math.inf
         self._commands = self._refused = self._limits = 0
-        self._distance_mm = self._turned_deg = 0.0
+        self._distance_mm = self._turned_deg = self._rotated_deg = 0.0
 
     # What is to be seen of it
 
@@ -84,6 +84,18 @@ class SimulatedWalter(Body[Settings]):
         """Where it is by what its wheels have turned: what it tells the host."""
         motion = self._motion
         return motion.odometer_pose(motion.progress(self.now)) if motion else self._odometer
+
+    @property
+    def rotated_deg(self) -> float:
+        """How far it has turned on the spot since power-on, clockwise less counter-clockwise."""
+        motion = self._motion
+        if motion is None or not motion.turning:
+            return self._rotated_deg
+        return self._rotated_deg + self._turned_by(motion)
+
+    def _turned_by(self, motion: Motion) -> float:
+        turned = math.copysign(motion.progress(self.now), motion.amount)
+        return turned * self.settings.turn_scale
 
     @property
     def statistics(self) -> Statistics:
@@ -225,6 +237,7 @@ class SimulatedWalter(Body[Settings]):
         self._true, self._odometer = motion.true_pose(progress), motion.odometer_pose(progress)
         if motion.turning:
             self._turned_deg += progress
+            self._rotated_deg += self._turned_by(motion)
         else:
             self._distance_mm += progress
         self._motion = None

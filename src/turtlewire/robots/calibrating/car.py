@@ -1,0 +1,274 @@
+"""Calibrating a car: how fast its motor makes it, what circles its steering drives, how long both take."""
+
+from __future__ import annotations
+
+import math
+from statistics import fmean
+from typing import TYPE_CHECKING, ClassVar
+
+from turtlewire.robots.calibrating import arithmetic
+from turtlewire.robots.calibrating.arithmetic import Timed, rounded
+from turtlewire.robots.calibrating.driving import LONG_PART, LOOK_S, PARTS, SAME_PART, DrivenProcedure
+from turtlewire.robots.calibrating.procedure import REST_S, numbers
+from turtlewire.robots.calibrating.trials import Plan, Quantity, Question
+from turtlewire.robots.calibration import FULL_PWM, CarCalibration
+
+if TYPE_CHECKING:
+    from turtlewire.robots.calibrating.procedure import Trials
+    from turtlewire.robots.calibrating.trials import Signal, Trial
+    from turtlewire.robots.car import Car
+
+# Steering is measured at these.
+STEERINGS = (0, FULL_PWM, -FULL_PWM, FULL_PWM // 2, -(FULL_PWM // 2))
+STEERING_PART = 0.3
+# A circle is driven for no more than this: what is beyond is the more easily measured wrong.
+MOST_TURN_RAD = 2.5
+# Before a drive, the front wheels get the time that they take, and this.
+MORE_S = 0.5
+
+
+class CarProcedure(DrivenProcedure["Car"]):
+    """The steps of a car's calibration."""
+
+    STEPS: ClassVar[dict[str, str]] = {
+        "steering": "what circles it drives, and which steering goes straight",
+        "speed": "how fast it drives ahead, and how it starts and stops",
+        "dead_band": "which PWM just does not move it",
+        "backward": "how fast it drives back",
+        "steering_time": "how long its front wheels take from one lock to the other",
+        "rest": "how long it takes to stand still",
+    }
+
+    calibration: CarCalibration
+
+    def __init__(self, robot: Car, calibration: CarCalibration, plan: Plan) -> None:
+        super().__init__(robot, calibration, plan)
+        self._old = calibration
+        # What was measured of the speed: (PWM, mm/s), ahead and back.
+        self._points: dict[int, list[tuple[int, float]]] = {}
+
+    def _speed_at(self, pwm: int) -> float:
+        return self.calibration.curve(pwm).speed_mm_per_s(abs(pwm))
+
+    def _strength(self, part: float) -> int:
+        return self.calibration.forward.portion(part)
+
+    def _scale(self, factor: float) -> None:
+        self._scale_curves(("forward", "backward"), factor)
+
+    def _held(self, pwm: int, seconds: float, settle_s: float | None = None) -> None:
+        self._steered(pwm, self.calibration.straight, seconds, settle_s)
+
+    def _steered(self, pwm: int, steering: int, seconds: float, settle_s: float | None = None) -> None:
+        self.robot.turn_wheels(steering, self.calibration.steer_s + MORE_S)
+        self.robot.hold(pwm, steering, seconds, settle_s)
+        if settle_s is None:
+            self._rest()
+
+    def _rest(self) -> None:
+        self.robot.wait(REST_S)
+
+    # ------------------------------------------------------------------ speed
+
+    def _measure_speed(self) -> Trials[None]:
+        yield from self._speeds(1)
+
+    def _measure_backward(self) -> Trials[None]:
+        yield from self._speeds(-1)
+        if self.calibration.backward is not None:
+            yield from self._dead_band(-1)
+
+    def _speeds(self, direction: int) -> Trials[None]:
+        name = "forward" if direction > 0 else "backward"
+        points: list[tuple[int, float]] = []
+        for part in PARTS:
+            pwm = self.calibration.curve(direction).portion(part)
+            if direction > 0 and part == PARTS[0]:
+                speeds = yield from self._first_speeds(pwm)
+            else:
+                speeds = yield from self._more_speeds(direction * pwm, self.plan.repeats)
+            self._find(f"{name} at PWM {pwm}", "mm/s", self._old.curve(direction).speed_mm_per_s(pwm), speeds)
+            if speeds:
+                points.append((pwm, rounded(fmean(speeds))))
+        if points:
+            self._points[direction] = sorted(points)
+            self._set_curve(direction)
+
+    def _first_speeds(self, pwm: int) -> Trials[list[float]]:
+        """By a short and a long drive each, which also tell what starting and stopping make of a drive."""
+        speeds, overruns = [], []
+        for _ in range(self.plan.repeats):
+            timed: list[Timed] = []
+            for seconds in self._durations(pwm):
+                driven = yield from self._distance(pwm, seconds)
+                if driven is None:
+                    break
+                self._learn(pwm, seconds, driven)
+                timed.append(Timed(seconds, driven))
+            if len(timed) == 2:
+                speed, overrun = arithmetic.rate_and_overrun(*timed)
+                speeds.append(speed)
+                overruns.append(overrun)
+        self._find_overrun(overruns)
+        return speeds
+
+    def _more_speeds(self, pwm: int, repeats: int) -> Trials[list[float]]:
+        speeds = []
+        for _ in range(repeats):
+            seconds = self._seconds(pwm, LONG_PART)
+            driven = yield from self._distance(pwm, seconds)
+            if driven is not None:
+                self._learn(pwm, seconds, driven)
+                speeds.append(driven / (seconds + self.calibration.overrun_s))
+        return speeds
+
+    def _distance(self, pwm: int, seconds: float) -> Trials[float | None]:
+        way = "ahead" if pwm > 0 else "back"
+        question = Question(text=f"How far did it go {way}?", quantity=Quantity.DISTANCE)
+        found = numbers((yield self._drive(pwm, seconds, question)).answers)
+        return None if found is None else found[0]
+
+    def _set_curve(self, direction: int, dead_pwm: int | None = None) -> None:
+        """From what was measured of the speed; the dead band where it was found, or where a line through that ends."""
+        points = self._points[direction]
+        curve = self.calibration.curve(direction)
+        if dead_pwm is None:
+            dead_pwm = curve.dead_pwm
+            if len(points) > 1:
+                dead_pwm = max(0, round(arithmetic.dead_band(points[0], points[1])))
+        dead_pwm = min(dead_pwm, points[0][0] - 1)
+        curve = arithmetic.speed_curve(dead_pwm, points)
+        ahead = self.calibration.forward
+        if direction < 0 and all(abs(v / ahead.speed_mm_per_s(pwm) - 1.0) <= SAME_PART for pwm, v in points):
+            self._set(backward=None)
+        else:
+            self._set(**{"forward" if direction > 0 else "backward": curve})
+
+    # ------------------------------------------------------------------ the dead band
+
+    def _measure_dead_band(self) -> Trials[None]:
+        yield from self._dead_band(1)
+
+    def _dead_band(self, direction: int) -> Trials[None]:
+        curve = self.calibration.curve(direction)
+        name = "forward" if direction > 0 else "backward"
+        points = self._points.setdefault(direction, [(FULL_PWM, curve.full_mm_per_s), *curve.table][-1:])
+        found = yield from self._threshold(
+            0, points[0][0], curve.dead_pwm + 1, lambda pwm: self._yes(self._move(direction * pwm))
+        )
+        old = self._old.curve(direction).dead_pwm
+        self._find(f"{name}.dead_pwm", "PWM", old, [] if found is None else [found - 1])
+        if found is not None:
+            self._set_curve(direction, found - 1)
+
+    def _move(self, pwm: int) -> Trial:
+        way = "ahead" if pwm > 0 else "back"
+        return self._trial(
+            f"It tries to drive {way} at PWM {abs(pwm)} for {LOOK_S:g} s: a little, or not at all.",
+            "It may stand where it is, with 0.3 m free around it.",
+            lambda _: self._held(pwm, LOOK_S),
+            Question(text="Did it move?", quantity=Quantity.MOVED),
+        )
+
+    # ------------------------------------------------------------------ steering
+
+    def _measure_steering(self) -> Trials[None]:
+        old = self.calibration
+        ruler = Question(
+            text="How far is it from the rear axle to the front axle?",
+            quantity=Quantity.WHEELBASE,
+            low=20.0,
+            high=2000.0,
+            why="or it is no car for a table",
+        )
+        if not self._is_known:  # how fast it is, about
+            yield from self._more_speeds(self._strength(STEERING_PART), 1)
+        trial = self._trial("It stands. Take a ruler.", "", None, ruler)
+        measured = numbers((yield trial).answers)
+        self._find("wheelbase_mm", "mm", old.wheelbase_mm, measured or [])
+        wheelbase = self._changed("wheelbase_mm", old.wheelbase_mm)
+        points: dict[int, list[float]] = {}
+        for steer in STEERINGS:
+            for _ in range(self.plan.repeats):
+                curvature = yield from self._curvature(steer)
+                if curvature is not None:
+                    points.setdefault(steer, []).append(curvature)
+        if FULL_PWM not in points or -FULL_PWM not in points:
+            self._set(wheelbase_mm=wheelbase)
+            return
+        rows = zip(*points.values(), strict=False)
+        models = [arithmetic.steering(wheelbase, list(zip(points, row, strict=True))) for row in rows]
+        averages = [(steer, fmean(values)) for steer, values in sorted(points.items())]
+        model = arithmetic.steering(wheelbase, averages)
+        self._find("lock_deg", "degrees", old.lock_deg, [one.lock_deg for one in models])
+        self._find("trim_deg", "degrees", old.trim_deg, [one.trim_deg for one in models])
+        table: tuple[tuple[int, float], ...] = ()
+        if model.off > arithmetic.MODEL_PART:
+            table = tuple((steer, rounded(1.0 / curvature)) for steer, curvature in averages if curvature)
+        self._set(
+            wheelbase_mm=wheelbase,
+            lock_deg=rounded(model.lock_deg),
+            trim_deg=round(model.trim_deg, 3),
+            steering=table,
+        )
+
+    def _curvature(self, steer: int) -> Trials[float | None]:
+        """1 / radius of the circle that it drives; None: skipped."""
+        pwm, space = self._strength(STEERING_PART), self.plan.space_mm
+        curvature = self.calibration.curvature(steer)
+        length = min(0.9 * space, MOST_TURN_RAD / abs(curvature) if curvature else math.inf)
+        seconds = self._seconds(pwm, length / space)
+        expected = self._expected(pwm, seconds)
+        side = "straight ahead" if not steer else "to the right" if steer > 0 else "to the left"
+        questions = (
+            Question(
+                text="How far ahead of its start does it stand? Behind: minus.", quantity=Quantity.AHEAD
+            ),
+            Question(text="How far to the right of its start? Left: minus.", quantity=Quantity.ASIDE),
+        )
+        limits = (-1.2 * expected, 1.2 * expected)
+        aside = limits if not steer else (0.0, limits[1]) if steer > 0 else (limits[0], 0.0)
+        trial = self._trial(
+            f"It steers {steer:+d} and drives {side} at PWM {pwm} for {seconds:g} s: about {expected:.0f} mm.",
+            f"Put it on the start line, looking straight ahead, with {self._space(expected)} free before it and to "
+            "the side. The middle of its rear axle is what counts.",
+            lambda _: self._steered(pwm, steer, seconds),
+            _within(questions[0], limits),
+            _within(questions[1], aside),
+        )
+        found = numbers((yield trial).answers)
+        return None if found is None else arithmetic.way(*found).curvature
+
+    def _measure_steering_time(self) -> Trials[None]:
+        def trial(at: float) -> Trial:
+            def act(signal: Signal) -> None:
+                self.robot.turn_wheels(-FULL_PWM, self.calibration.steer_s + 2.0)
+                self.robot.turn_wheels(FULL_PWM, at)
+                signal()
+                self._rest()
+
+            return self._trial(
+                f"It stands, and turns its front wheels all the way to the left; then all the way to the right. "
+                f"{at:.2f} s after that a bell rings.",
+                "Watch its front wheels.",
+                act,
+                Question(
+                    text="Did they still turn when the bell rang?",
+                    quantity=Quantity.STILL_MOVING,
+                ),
+            )
+
+        present = self.calibration.steer_s
+        found = yield from self._time(present, trial)
+        self._find("steer_s", "s", present, [] if found is None else [found])
+        self._set(steer_s=self._changed("steer_s", present))
+
+
+def _within(question: Question, limits: tuple[float, float]) -> Question:
+    return Question(
+        text=question.text,
+        quantity=question.quantity,
+        low=limits[0],
+        high=limits[1],
+        why="for so long a drive, or the side is wrong",
+    )

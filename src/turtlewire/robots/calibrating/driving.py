@@ -1,0 +1,170 @@
+"""What calibrating the robots has in common that are driven by time: for how long, how far, and until it rests."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from turtlewire.robots.calibrating.procedure import (
+    FIRST_PART,
+    KNOWN,
+    LEAST_S,
+    MOST_S,
+    UNKNOWN,
+    Procedure,
+    RobotT,
+)
+from turtlewire.robots.calibrating.trials import Quantity, Question
+from turtlewire.robots.calibration import CarCalibration, SpeedCurve, TwoEngineCalibration, lines
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from turtlewire.robots.calibrating.procedure import Trials
+    from turtlewire.robots.calibrating.trials import Plan, Signal, Trial
+
+# The strengths at which speed is measured, as parts of the driving range; at the first, a short and a long drive.
+PARTS = (0.5, 1.0, 0.25)
+SHORT_PART, LONG_PART = 0.25, 0.75
+# So long it is looked whether a PWM moves it.
+LOOK_S = 1.5
+# What goes both ways as fast as this, as a part of it, needs no values of its own for the way back.
+SAME_PART = 0.02
+# A bell that rings while it still moves: it is driven so far before.
+ROLL_PART = 0.3
+
+
+class DrivenProcedure(Procedure[RobotT]):
+    """The steps of a robot that is driven by PWM, for a time.
+
+    Attributes:
+        calibration: as far as it is known.
+    """
+
+    calibration: CarCalibration | TwoEngineCalibration
+
+    def __init__(self, robot: RobotT, calibration: CarCalibration | TwoEngineCalibration, plan: Plan) -> None:
+        super().__init__(robot, plan)
+        self.calibration = calibration
+        self._is_known = False
+
+    def lines(self) -> Mapping[str, Any]:
+        """What was found, as lines of the robot's table in ``robots.toml``."""
+        return {"calibration": lines(self.calibration)} if self.found else {}
+
+    def _set(self, **values: Any) -> None:
+        self.calibration = msgspec.structs.replace(self.calibration, **values)
+
+    def _scale_curves(self, names: Iterable[str], factor: float) -> None:
+        for name in names:
+            curve: SpeedCurve | None = getattr(self.calibration, name)
+            if curve is not None:
+                table = tuple((pwm, speed * factor) for pwm, speed in curve.table)
+                slope = curve.mm_per_s_per_pwm * factor
+                self._set(**{name: SpeedCurve(dead_pwm=curve.dead_pwm, mm_per_s_per_pwm=slope, table=table)})
+
+    @abstractmethod
+    def _speed_at(self, pwm: int) -> float:
+        """How fast it is at a PWM of -255..255, as far as is known: mm/s, above 0."""
+
+    @abstractmethod
+    def _scale(self, factor: float) -> None:
+        """It is so many times as fast as it was taken to be."""
+
+    @abstractmethod
+    def _held(self, pwm: int, seconds: float, settle_s: float | None = None) -> None:
+        """Drive straight on, as far as is known what that is."""
+
+    @abstractmethod
+    def _rest(self) -> None:
+        """Let it come to rest."""
+
+    def _learn(self, pwm: int, seconds: float, driven_mm: float) -> None:
+        """From the first drive on, it is known how fast it is, about."""
+        if not self._is_known:
+            self._scale(driven_mm / (self._expected(pwm, seconds)))
+            self._is_known = True
+
+    def _expected(self, pwm: int, seconds: float) -> float:
+        """How far it should get."""
+        return self._speed_at(pwm) * (seconds + self.calibration.overrun_s)
+
+    def _seconds(self, pwm: int, part: float) -> float:
+        """How long to drive for a part of the space."""
+        if not self._is_known:
+            part = min(part, FIRST_PART)
+        seconds = part * self.plan.space_mm / self._speed_at(pwm) - self.calibration.overrun_s
+        return round(min(MOST_S, max(LEAST_S, seconds)), 2)
+
+    def _durations(self, pwm: int) -> Iterator[float]:
+        """A short drive, and a long one, which is planned when the short one is over."""
+        short_s = self._seconds(pwm, SHORT_PART)
+        yield short_s
+        yield max(2.0 * short_s, self._seconds(pwm, LONG_PART))
+
+    def _plausible(self, question: Question, expected_mm: float) -> Question:
+        """The question, with the answers that are plausible, by what is known so far."""
+        factors = KNOWN if self._is_known else UNKNOWN
+        why = "by what is known of it so far" if self._is_known else "or its motors are off"
+        return replace(question, low=expected_mm * factors[0], high=expected_mm * factors[1], why=why)
+
+    def _space(self, expected_mm: float) -> str:
+        """How much space a drive needs, for people."""
+        margin = 1.3 if self._is_known else 3.0
+        return f"{max(0.3, math.ceil(expected_mm * margin / 100.0) / 10.0):.1f} m"
+
+    def _drive(
+        self, pwm: int, seconds: float, *questions: Question, act: Callable[[Signal], object] | None = None
+    ) -> Trial:
+        """Drive from the start line; the first question is how far."""
+        way, side = ("ahead", "before") if pwm > 0 else ("back", "behind")
+        expected = self._expected(pwm, seconds)
+        return self._trial(
+            f"It drives {way} at PWM {abs(pwm)} for {seconds:g} s: about {expected:.0f} mm.",
+            f"Put it on the start line, with {self._space(expected)} free {side} it.",
+            act or (lambda _: self._held(pwm, seconds)),
+            self._plausible(questions[0], expected),
+            *questions[1:],
+        )
+
+    # ------------------------------------------------------------------ rest
+
+    def _measure_rest(self) -> Trials[None]:
+        """How long it takes to stand still."""
+        pwm = self._strength(PARTS[0])
+        seconds = self._seconds(pwm, ROLL_PART)
+        expected = self._expected(pwm, seconds)
+
+        def trial(at: float) -> Trial:
+            def act(signal: Signal) -> None:
+                self._held(pwm, seconds, settle_s=at)
+                signal()
+                self._rest()
+
+            return self._trial(
+                f"It drives ahead for {seconds:g} s, about {expected:.0f} mm, and stops. "
+                f"{at:.2f} s after that a bell rings.",
+                f"Put it on the start line, with {self._space(expected)} free before it, and watch its wheels.",
+                act,
+                Question(text="Did it still roll when the bell rang?", quantity=Quantity.STILL_MOVING),
+            )
+
+        present = self.calibration.settle_s
+        found = yield from self._time(present, trial)
+        self._find("settle_s", "s", present, [] if found is None else [found])
+        self._set(settle_s=self._changed("settle_s", present))
+
+    @abstractmethod
+    def _strength(self, part: float) -> int:
+        """The PWM for a part of the driving range."""
+
+    def _find_overrun(self, overruns: list[float]) -> None:
+        present = self.calibration.overrun_s
+        self._find("overrun_s", "s", present, [round(overrun, 4) for overrun in overruns])
+        self._set(overrun_s=self._changed("overrun_s", present))
+        if overruns:
+            self._set(overrun_s=round(self.calibration.overrun_s, 3))

@@ -1,0 +1,234 @@
+"""A calibration as it goes: trial after trial, forwards and back; who measures is somebody else's business."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Generator
+from enum import Enum, auto
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
+
+from turtlewire.errors import UsageError
+from turtlewire.robots.calibrating.arithmetic import rounded
+from turtlewire.robots.calibrating.trials import Finding, Outcome, Trial
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from turtlewire.robots.calibrating.trials import Answer, Plan, Question, Signal
+
+T = TypeVar("T")
+RobotT = TypeVar("RobotT")
+# What makes trials, is sent what came of each, and ends with what it has found out.
+Trials = Generator[Trial, Outcome, T]
+
+# After a motion, so long nobody measures: the robot comes to rest.
+REST_S = 1.0
+# A drive takes no less and no more than this: a clock is not exact, and nobody wants to wait.
+LEAST_S, MOST_S = 0.2, 8.0
+# A robot of which nothing is known yet is first driven so far, as a part of the space: it may be three times as fast.
+FIRST_PART = 0.25
+# How much an answer may differ from what was expected: by these factors while nothing is known, and afterwards.
+UNKNOWN = (0.2, 5.0)
+KNOWN = (0.7, 1.4)
+# Times are found out to this, in seconds; none is longer than that.
+TIME_S = 0.01
+LONGEST_S = 2.56
+
+
+class Choice(Enum):
+    """What a person wants instead of going on."""
+
+    SKIP = auto()
+    REPEAT = auto()
+    BACK = auto()
+
+
+class Procedure(ABC, Generic[RobotT]):
+    """The steps of one robot's calibration.
+
+    Args:
+        robot: to be calibrated.
+        plan: how to go about it.
+
+    Attributes:
+        STEPS: what there is, by name, in order.
+        found: what was measured so far, by name.
+    """
+
+    STEPS: ClassVar[dict[str, str]] = {}
+
+    def __init__(self, robot: RobotT, plan: Plan) -> None:
+        unknown = (plan.steps or frozenset()) - set(self.STEPS)
+        if unknown:
+            raise UsageError(
+                f"there is no step {', '.join(sorted(unknown))}; this robot has {', '.join(self.STEPS)}"
+            )
+        self.robot = robot
+        self.plan = plan
+        self.found: dict[str, Finding] = {}
+        self._step = ""
+
+    def trials(self) -> Trials[None]:
+        """All trials of all steps that are planned."""
+        for name in self.STEPS:
+            if self.plan.steps is None or name in self.plan.steps:
+                self._step = name
+                yield from getattr(self, f"_measure_{name}")()
+
+    @abstractmethod
+    def lines(self) -> Mapping[str, Any]:
+        """What was found, as lines of the robot's table in ``robots.toml``; None: there is to be no such line."""
+
+    # ------------------------------------------------------------------ for the steps
+
+    def _trial(
+        self, does: str, needs: str, act: Callable[[Signal], object] | None, *questions: Question
+    ) -> Trial:
+        return Trial(step=self._step, does=does, needs=needs, act=act, questions=questions)
+
+    def _find(self, name: str, unit: str, old: float | str | None, values: Iterable[float | str]) -> None:
+        self.found[name] = Finding(name, unit, old, tuple(values))
+
+    def _changed(self, name: str, present: Any) -> Any:
+        """The value that was found, rounded to what is known of it; the present one if it was not measured."""
+        finding = self.found.get(name)
+        if finding is None or finding.new is None:
+            return present
+        return rounded(finding.new) if isinstance(finding.new, float) else finding.new
+
+    def _time(self, present_s: float, trial: Callable[[float], Trial]) -> Trials[float | None]:
+        """How long something takes, by trying: was it still moving when the bell rang, so many seconds after?
+
+        First at the present value, then twice as late until it is over, then half way between. None: skipped.
+        """
+        still, over = 0, 0  # in hundredths, as far as known
+        at, longest = max(1, round(present_s / TIME_S)), round(LONGEST_S / TIME_S)
+        while True:
+            moves = (yield trial(at * TIME_S)).answers[0]
+            if moves is None:
+                return None
+            still, over = (at, over) if moves else (still, at)
+            if not over and at >= longest:
+                return LONGEST_S
+            if over and over - still <= 1:
+                return over * TIME_S
+            at = (still + over) // 2 if over else min(longest, 2 * at)
+
+    def _threshold(
+        self, low: int, high: int, guess: float, ask: Callable[[int], Trials[bool | None]]
+    ) -> Trials[int | None]:
+        """The lowest whole number at which the answer is yes: it is no at ``low``, and yes at ``high``.
+
+        It is looked for around a guess: further and further from it, until it has been passed; then half way between.
+        None: skipped.
+        """
+        at, stride, strides, last = min(high - 1, max(low + 1, round(guess))), 1, True, None
+        while high - low > 1:
+            answer = yield from ask(at)
+            if answer is None:
+                return None
+            low, high = (low, at) if answer else (at, high)
+            strides, last = strides and last in (None, answer), answer
+            at, stride = at - stride if answer else at + stride, 2 * stride
+            if not strides or not low < at < high:
+                at = (low + high) // 2
+        return high
+
+    def _yes(self, trial: Trial) -> Trials[bool | None]:
+        """The answer to the only question of a trial, which is yes or no; None: skipped."""
+        answer = (yield trial).answers[0]
+        return None if answer is None else bool(answer)
+
+
+def numbers(answers: Sequence[Answer]) -> list[float] | None:
+    """Answers that are numbers; None if any of them was skipped."""
+    found = [float(answer) for answer in answers if isinstance(answer, float | int)]
+    return found if len(found) == len(answers) else None
+
+
+class Person(Protocol):
+    """Whoever measures."""
+
+    def begin(self, trial: Trial) -> Choice | None:
+        """Tell what comes; None: go ahead."""
+
+    def perform(self, act: Callable[[Signal], object]) -> object | Choice:
+        """Let the robot do it, and return what it returns; ``REPEAT`` if the robot was stopped meanwhile."""
+
+    def answer(self, question: Question) -> Answer | Choice:
+        """The answer; None: skipped."""
+
+
+class Progress:
+    """How far a procedure is: it goes on with what comes of each trial, and back by doing all before anew, unseen.
+
+    Args:
+        make: makes a new procedure; with the same outcomes it has the same trials.
+
+    Attributes:
+        procedure: the one under way.
+        trial: the present trial; None: it is over.
+    """
+
+    def __init__(self, make: Callable[[], Procedure[Any]]) -> None:
+        self._make = make
+        self._outcomes: list[Outcome] = []
+        self._restart()
+
+    def _restart(self) -> None:
+        self.procedure = self._make()
+        self._trials = self.procedure.trials()
+        self.trial: Trial | None = next(self._trials, None)
+        for outcome in self._outcomes:
+            self._send(outcome)
+
+    def _send(self, outcome: Outcome) -> None:
+        try:
+            self.trial = self._trials.send(outcome)
+        except StopIteration:
+            self.trial = None
+
+    def record(self, outcome: Outcome) -> None:
+        """This came of the present trial: on to the next."""
+        self._outcomes.append(outcome)
+        self._send(outcome)
+
+    def back(self) -> bool:
+        """Back to the trial before; False: there is none."""
+        if not self._outcomes:
+            return False
+        self._outcomes.pop()
+        self._restart()
+        return True
+
+
+def guide(progress: Progress, person: Person) -> None:
+    """Have a person measure trial after trial, to the end."""
+    while progress.trial is not None:
+        outcome = _made(progress.trial, person)
+        if outcome is None:
+            progress.back()
+        else:
+            progress.record(outcome)
+
+
+def _made(trial: Trial, person: Person) -> Outcome | None:
+    """What came of a trial, made as often as the person wants; None: back to the one before."""
+    skipped = Outcome((None,) * len(trial.questions))
+    while True:
+        choice = person.begin(trial)
+        if choice is not None:
+            return skipped if choice is Choice.SKIP else None
+        reading = person.perform(trial.act) if trial.act is not None else None
+        if reading is Choice.REPEAT:
+            continue
+        answers: list[Answer] = []
+        for question in trial.questions:
+            answer = person.answer(question)
+            if answer is Choice.BACK:
+                return None
+            if answer is Choice.REPEAT:
+                break
+            answers.append(None if isinstance(answer, Choice) else answer)
+        else:
+            return Outcome(tuple(answers), reading)
