@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.cli import (
     decode,
+    dialect,
     doctor,
     drive,
     encode,
@@ -75,7 +76,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (run, drive, simulate, stop, doctor, ports, robots, encode, decode, identify, monitor):
+    for command in (run, drive, simulate, stop, doctor, ports, robots, encode, decode, identify, monitor, dialect):
         command.add_parser(commands)
     return parser
 
