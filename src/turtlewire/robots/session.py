@@ -178,15 +178,19 @@ class Session(Generic[EventT]):
 
         Raises ``LinkLostError`` if the link is lost meanwhile, ``LinkClosedError`` if there is none any more.
         """
-        losses = self.losses
         self.flush()
+        return await self.wait(condition, deadline)
+
+    async def wait(self, condition: Callable[[], bool], deadline: float = math.inf) -> bool:
+        """``until`` for what has been sent already."""
+        losses = self.losses
         # After a loss the machine is empty, and nothing that it says is about before.
         while losses == self.losses:
             if condition():
                 return True
             if self._is_broken:
                 break
-            if self.link.now() >= deadline:
+            if deadline < math.inf and self.link.now() >= deadline:
                 return False
             if self._loop is None:
                 with contextlib.suppress(_BrokenError):

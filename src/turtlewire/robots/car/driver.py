@@ -21,16 +21,17 @@ from turtlewire.protocols.simple.messages import (
     Stop,
 )
 from turtlewire.robots.calibration import FULL_PWM
+from turtlewire.robots.car.motions import motions
 from turtlewire.robots.car.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.car.turning import Turning
 from turtlewire.robots.timed.driver import AsyncTimedRobot, check, check_hold, check_valid_s
-from turtlewire.robots.timed.reckoning import Motion
 from turtlewire.trace import Paper
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.timed.reckoning import Motion
 
 # Less is not worth a multi-point turn: the clocks of hosts leave about that much.
 WORTH_DEG = 0.25
@@ -70,7 +71,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
         self._settings = settings.checked()
         self._road = paper
         self._calibration = settings.calibration
-        self._straight = settings.calibration.straight
+        self._motions = motions(settings.calibration)
+        self._straight = self._motions.straight
         self._turning = Turning(settings.calibration, settings.turn_space_mm)
         self._host = Host(
             baud=settings.baud,
@@ -141,9 +143,9 @@ class AsyncCar(AsyncTimedRobot[Event]):
         _check_pwm("pwm", pwm)
         check_valid_s(valid_s)
         await self._ready()
-        self._drive(self._motion(pwm, self._steer), lambda: self._submit_motor(pwm))
+        self._drive(self._motions.motion(pwm, self._steer), lambda: self._submit_motor(pwm))
         self._expire(valid_s)
-        await self._until(lambda: self._host.idle)
+        await self._answered()
 
     async def steer(self, steering: int) -> None:
         """Turn the front wheels: -255 (full lock left) .. 255 (full lock right), until told otherwise.
@@ -153,8 +155,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
         """
         _check_pwm("steering", steering)
         await self._ready()
-        self._drive(self._motion(self._motor, steering), lambda: self._submit_steer(steering))
-        await self._until(lambda: self._host.idle)
+        self._drive(self._motions.motion(self._motor, steering), lambda: self._submit_steer(steering))
+        await self._answered()
 
     async def hold(self, pwm: int, steering: int, seconds: float, settle_s: float | None = None) -> None:
         """Turn the front wheels, drive for a time, and stand still again: the motion that calibration measures.
@@ -174,7 +176,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         await self._steer_to(steering)
         # What it coasts is a part of what is measured.
         held_s = seconds + self._calibration.overrun_s
-        motion = self._motion(pwm, steering)
+        motion = self._motions.motion(pwm, steering)
         await self._hold(motion, held_s, lambda: self._submit_motor(pwm), settle_s=0.0)
         rest_s = self._calibration.settle_s if settle_s is None else settle_s
         await self._pause(self._session.arrived_at + rest_s - self.link.now())
@@ -214,7 +216,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
             self._submit_steer(steer)
             self._submit_motor(pwm)
 
-        self._drive(self._motion(pwm, steer), submit)
+        self._drive(self._motions.motion(pwm, steer), submit)
         self._expire(valid_s)
 
     @property
@@ -338,11 +340,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         curve = self._calibration.curve(distance_mm)
         pwm = curve.pwm(self._fitting(distance_mm, curve.full_mm_per_s))
         pwm = int(math.copysign(pwm, distance_mm))
-        return self._motion(pwm, steer), lambda: self._submit_motor(pwm)
-
-    def _motion(self, pwm: int, steer: int) -> Motion:
-        speed = math.copysign(self._calibration.curve(pwm).speed_mm_per_s(abs(pwm)), pwm)
-        return Motion(speed, math.degrees(speed * self._calibration.curvature(steer)))
+        return self._motions.motion(pwm, steer), lambda: self._submit_motor(pwm)
 
     async def _move_pen(self, *, down: bool) -> None:
         if self._settings.pen_light:
@@ -469,6 +467,6 @@ class AsyncCar(AsyncTimedRobot[Event]):
         self.account.end(self.link.now())
 
 
-def _check_pwm(name: str, value: int) -> None:
-    if value not in range(-FULL_PWM, FULL_PWM + 1):
+def _check_pwm(name: str, value: object) -> None:
+    if not isinstance(value, int) or not -FULL_PWM <= value <= FULL_PWM:
         raise MessageError(f"{name} is {value}, but must be a whole number from -{FULL_PWM} to {FULL_PWM}")

@@ -209,7 +209,8 @@ class TimedMotions(ABC, Generic[EventT]):
     async def _ready(self) -> None:
         """Before every command. Raises what an event has told meanwhile, and what ``_get_ready`` raises."""
         self._check()
-        self._raise_trouble()
+        if self.trouble is not None:
+            self._raise_trouble()
         await self._get_ready()
 
     def _check(self) -> None:
@@ -229,11 +230,21 @@ class TimedMotions(ABC, Generic[EventT]):
         await self._session.until(
             lambda: condition() or self.trouble is not None or stops != self._stops, deadline
         )
+        self._raise_interruption(stops)
+
+    async def _answered(self) -> None:
+        """Wait until all that was sent is answered, as far as it is at all. Raises what ``_until`` raises."""
+        stops, machine = self._stops, self._machine
+        await self._session.wait(lambda: machine.idle or self.trouble is not None or stops != self._stops)
+        self._raise_interruption(stops)
+
+    def _raise_interruption(self, stops: int) -> None:
         if stops != self._stops:
             raise StoppedError(
                 "the robot was stopped, or driven by hand: what it was doing, and what was waiting, is abandoned"
             )
-        self._raise_trouble()
+        if self.trouble is not None:
+            self._raise_trouble()
 
     async def _pause(self, seconds: float) -> None:
         if seconds > 0.0:
@@ -304,10 +315,11 @@ class TimedMotions(ABC, Generic[EventT]):
             self._stops += 1
             self._session.clear_alarm()
         submit()
+        self._session.flush()
+        # The account is kept while the bytes are on their way.
         self.account.begin(motion, self.link.now() + self._arrival_s)
         self.account.settle()
         self._is_driven = True
-        self._session.flush()
 
     def _expire(self, valid_s: float | None) -> None:
         """Have what was just told end after so long, unless something newer comes; None: it goes on."""

@@ -33,6 +33,9 @@ class Motion(NamedTuple):
     def after(self, pose: Pose, seconds: float) -> Pose:
         """Where a robot gets that moves so."""
         length = self.speed_mm_per_s * seconds
+        if not self.turn_deg_per_s:
+            dx, dy = direction(pose.heading_deg)
+            return Pose(pose.x_mm + length * dx, pose.y_mm + length * dy, pose.heading_deg)
         half_deg = self.turn_deg_per_s * seconds / 2.0
         half = math.radians(half_deg)
         chord = length * (math.sin(half) / half if half else 1.0)
@@ -108,17 +111,23 @@ class Reckoning:
 
     def update(self, now: float) -> None:
         """The robot has gone on as it does until now."""
-        seconds = self._elapsed(now)
-        if seconds:
-            pieces = max(1, math.ceil(abs(self._motion.turn_deg_per_s) * seconds / INK_DEG))
-            start = self._robot
-            for piece in range(1, pieces + 1):
-                self._draw(self._motion.after(start, seconds * piece / pieces))
-            self._owed_deg -= self._motion.turn_deg_per_s * seconds
-            self.distance_mm += abs(self._motion.speed_mm_per_s) * seconds
-            self.rolled_mm += self._motion.speed_mm_per_s * seconds
-            self.rotated_deg += self._motion.turn_deg_per_s * seconds
-        self._since = max(self._since, now)  # what was sent last may not have arrived yet
+        if now > self._since:  # what was sent last may not have arrived yet
+            if self._motion is not STILL:
+                self._go_on(now - self._since)
+            self._since = now
+
+    def _go_on(self, seconds: float) -> None:
+        motion, start = self._motion, self._robot
+        length_mm, turn_deg = motion.speed_mm_per_s * seconds, motion.turn_deg_per_s * seconds
+        if turn_deg:
+            pieces = math.ceil(abs(turn_deg) / INK_DEG)
+            for piece in range(1, pieces):
+                self._draw(motion.after(start, seconds * piece / pieces))
+            self._owed_deg -= turn_deg
+            self.rotated_deg += turn_deg
+        self._draw(motion.after(start, seconds))
+        self.distance_mm += abs(length_mm)
+        self.rolled_mm += length_mm
 
     def _draw(self, pose: Pose) -> None:
         self._robot = pose

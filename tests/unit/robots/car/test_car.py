@@ -127,6 +127,8 @@ def refusals(turtle: Bench) -> list[Callable[[], object]]:
     return [
         lambda: car.motor(256),
         lambda: car.motor(-256),
+        lambda: car.motor(10.0),  # type: ignore[arg-type]
+        lambda: car.steer(10.5),  # type: ignore[arg-type]
         lambda: car.motor(10, valid_s=0.0),
         lambda: car.steer(256),
         lambda: car.drive(1.1, 0),
