@@ -200,6 +200,13 @@ class _LineDecoder:
         self._may_skip_lf = ret  # W1
 
 
+@cache
+def _commands(groups: frozenset[str]) -> tuple[type[WalterMessage], ...]:
+    """What a robot with these capability groups understands; an empty line is no letter's."""
+    lines = tuple(t for t in LOGO_COMMANDS if t is not EmptyLine and (not t.GROUP or t.GROUP in groups))
+    return (*lines, *DIRECT_KEYS)
+
+
 class CommandDecoder(_LineDecoder):
     """Host to robot: what a robot's end makes of the bytes it receives.
 
@@ -208,8 +215,7 @@ class CommandDecoder(_LineDecoder):
     """
 
     def __init__(self, mode: Mode = Mode.LOGO, groups: frozenset[str] = ALL_GROUPS) -> None:
-        types = tuple(t for t in LOGO_COMMANDS if t is not EmptyLine and (not t.GROUP or t.GROUP in groups))
-        super().__init__((*types, *DIRECT_KEYS), mode)
+        super().__init__(_commands(groups), mode)
 
 
 class ReplyDecoder(_LineDecoder):
