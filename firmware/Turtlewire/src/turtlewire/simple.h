@@ -36,7 +36,7 @@ class Parser {
   uint16_t number(uint8_t position) const;
 
   // Whether the digit at a position of an accepted command is not '0' (the source: "0 off, any other digit on").
-  bool bit(uint8_t position) const { return command_[position] != '0'; }
+  bool is_on(uint8_t position) const { return command_[position] != '0'; }
 
  private:
   bool valid() const;
@@ -88,7 +88,7 @@ class Robot {
       case STEER_LEFT: handler_.steer(static_cast<int16_t>(-value())); break;
       case STEER_RIGHT: handler_.steer(value()); break;
       case STOP: stop(); break;
-      case HEADLIGHTS: handler_.headlights(parser_.bit(1), parser_.bit(2), parser_.bit(3), parser_.bit(4)); break;
+      case HEADLIGHTS: handler_.headlights(parser_.is_on(1), parser_.is_on(2), parser_.is_on(3), parser_.is_on(4)); break;
       default: handler_.extension(parser_); break;
     }
   }
