@@ -162,7 +162,7 @@ class Target(NamedTuple):
     def settings(self, base: AnySettings | None = None) -> AnySettings:
         """How to drive it: ``base``, or the defaults, changed as this says. Raises ``UsageError``."""
         if base is None:
-            base = _defaults(self.protocol)
+            base = defaults(self.protocol)
         elif protocol_of(base) != self.protocol:
             raise UsageError(
                 f"{self.name} speaks {self.protocol}, but the settings are those of a robot that speaks "
@@ -209,7 +209,8 @@ def protocol_of(settings: AnySettings) -> str:
     raise UsageError(f"settings must be the Settings of a robot's driver, but are {settings!r}")
 
 
-def _defaults(protocol: str) -> AnySettings:
+def defaults(protocol: str) -> AnySettings:
+    """How robots that speak a protocol are driven, unless something else is said."""
     if protocol == "walter":
         from turtlewire.robots import walter
 

@@ -8,6 +8,7 @@ import traceback
 from typing import TYPE_CHECKING
 
 from turtlewire.cli import (
+    calibrate,
     decode,
     dialect,
     doctor,
@@ -76,7 +77,21 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (run, drive, simulate, stop, doctor, ports, robots, encode, decode, identify, monitor, dialect):
+    for command in (
+        run,
+        drive,
+        calibrate,
+        simulate,
+        stop,
+        doctor,
+        ports,
+        robots,
+        encode,
+        decode,
+        identify,
+        monitor,
+        dialect,
+    ):
         command.add_parser(commands)
     return parser
 

@@ -92,6 +92,7 @@ class FaultyLink(Link):
     """A link that has ``faults``.
 
     Attributes:
+        within: the link that has them.
         lost, added, flipped, duplicated: how many bytes it did that to, in both directions.
     """
 
@@ -99,7 +100,7 @@ class FaultyLink(Link):
         self.url = link.url
         self.in_background = link.in_background
         self.lost = self.added = self.flipped = self.duplicated = 0
-        self._link = link
+        self.within = self._link = link
         self._faults = faults
         self._random = random.Random(faults.seed)
         self._started_s = link.now()

@@ -39,13 +39,16 @@ class MemoryLink(Link):
         end: the far end.
         url: what to call it.
         pace: seconds of the far end's time for each second on the wall, at most; None: as fast as can be.
+
+    Attributes:
+        end: the far end.
     """
 
     in_background = False
 
     def __init__(self, end: VirtualEnd, url: str = "memory:", pace: float | None = None) -> None:
         self.url = url
-        self._end = end
+        self.end = self._end = end
         self._pace = pace
         self._start_s = end.now
         self._start_wall_s = time.monotonic()

@@ -41,6 +41,7 @@ class Choice(Enum):
     SKIP = auto()
     REPEAT = auto()
     BACK = auto()
+    QUIT = auto()
 
 
 class Procedure(ABC, Generic[RobotT]):
@@ -150,13 +151,13 @@ class Person(Protocol):
     """Whoever measures."""
 
     def begin(self, trial: Trial) -> Choice | None:
-        """Tell what comes; None: go ahead."""
+        """Tell what comes; None: go ahead, else ``SKIP``, ``BACK`` or ``QUIT``."""
 
     def perform(self, act: Callable[[Signal], object]) -> object | Choice:
         """Let the robot do it, and return what it returns; ``REPEAT`` if the robot was stopped meanwhile."""
 
     def answer(self, question: Question) -> Answer | Choice:
-        """The answer; None: skipped."""
+        """The answer; None: skipped. ``REPEAT`` the whole trial, ``BACK`` or ``QUIT``."""
 
 
 class Progress:
@@ -203,32 +204,35 @@ class Progress:
 
 
 def guide(progress: Progress, person: Person) -> None:
-    """Have a person measure trial after trial, to the end."""
+    """Have a person measure trial after trial, to the end, or until there is enough."""
     while progress.trial is not None:
         outcome = _made(progress.trial, person)
-        if outcome is None:
+        if outcome is Choice.QUIT:
+            return
+        if isinstance(outcome, Choice):
             progress.back()
         else:
             progress.record(outcome)
 
 
-def _made(trial: Trial, person: Person) -> Outcome | None:
-    """What came of a trial, made as often as the person wants; None: back to the one before."""
-    skipped = Outcome((None,) * len(trial.questions))
+def _made(trial: Trial, person: Person) -> Outcome | Choice:
+    """What came of a trial, made as often as the person wants; ``BACK`` or ``QUIT`` if that is wanted instead."""
     while True:
         choice = person.begin(trial)
+        if choice is Choice.SKIP:
+            return Outcome((None,) * len(trial.questions))
         if choice is not None:
-            return skipped if choice is Choice.SKIP else None
+            return choice
         reading = person.perform(trial.act) if trial.act is not None else None
         if reading is Choice.REPEAT:
             continue
         answers: list[Answer] = []
         for question in trial.questions:
             answer = person.answer(question)
-            if answer is Choice.BACK:
-                return None
             if answer is Choice.REPEAT:
                 break
-            answers.append(None if isinstance(answer, Choice) else answer)
+            if isinstance(answer, Choice):
+                return answer
+            answers.append(answer)
         else:
             return Outcome(tuple(answers), reading)
