@@ -356,7 +356,8 @@ class SimulatedFrameRobot(RollingBody[FrameRobotSettings]):
         settings = self.settings
         if what == "odometry":
             left, right = (_wrapped(math.floor(mm / settings.mm_per_tick)) for mm in self.wheels_mm)
-            return {"time_ms": round(self.now * 1000.0) % 2**32, "left_ticks": left, "right_ticks": right}
+            since_s = self.now - (self._booted_s - settings.boot_s)  # it was switched on, or reset
+            return {"time_ms": round(since_s * 1000.0) % 2**32, "left_ticks": left, "right_ticks": right}
         if what == "status":
             state = STOPPED if self._stopped else DRIVING if any(self._engines.wanted) else IDLE
             volts = settings.battery_v * self._battery.level(self.now)

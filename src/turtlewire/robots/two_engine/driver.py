@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, cast
 
 from turtlewire.drive import checked
-from turtlewire.errors import LimitReachedError, NotSupportedError, UsageError
+from turtlewire.errors import LimitReachedError, NotSupportedError, PoseUncertainError, UsageError
 from turtlewire.protocols.frame.codec import FrameEncoder
 from turtlewire.protocols.frame.host import Host, stop_bytes
 from turtlewire.protocols.frame.message import FrameMessage
@@ -39,7 +39,8 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
 
     Nothing that is sent is answered: a frame that gets lost is not noticed, except by the odometry of a dialect that
     has it. Besides what ``AsyncTimedRobot`` says, methods raise ``LimitReachedError`` when a dialect with a bumper
-    tells that it was touched; the robot has been stopped then.
+    tells that it was touched, and ``PoseUncertainError`` when one with odometry tells that the robot was reset while it
+    moved; the robot has been stopped then.
 
     Args:
         link: to the robot; the driver owns it from here on.
@@ -359,11 +360,13 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
     async def _move_pen(self, *, down: bool) -> None:
         if self._pen_servo is None:
             return
-        angle = self._calibration.pen_down_deg if down else self._calibration.pen_up_deg
-        message = self._made(SERVO, "servos", servo_id=self._pen_servo, position_deg=angle)
         for _ in range(self._settings.halts):
-            await self._told(lambda: self._host.send(message))
+            await self._told(lambda: self._host.send(self._pen(down=down)))
         await self._pause(self._calibration.pen_s)
+
+    def _pen(self, *, down: bool) -> FrameMessage:
+        angle = self._calibration.pen_down_deg if down else self._calibration.pen_up_deg
+        return self._made(SERVO, "servos", servo_id=self._pen_servo or 0, position_deg=angle)
 
     def _note_pen(self, message: FrameMessage) -> None:
         """Somebody may move the pen's servo by hand."""
@@ -382,7 +385,9 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
         name = event.name()
         if name == ODOMETRY:
             values = field_values(event)
-            self._odometer.report(values["left_ticks"], values["right_ticks"], self.link.now())
+            ticks = (values["left_ticks"], values["right_ticks"])
+            if not self._odometer.report(values["time_ms"], *ticks, self.link.now()):
+                self._was_reset()
             if not self._is_holding:
                 self._compare()
         elif name == STATUS:
@@ -390,6 +395,26 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
                 self._blocked = None
             elif self._blocked is None and self.account.is_moving:
                 self._bumped()
+
+    def _was_reset(self) -> None:
+        """It has forgotten what it was told, and where its pen was: it stands, and does not go on by itself."""
+        account, url, now = self.account, self.link.url, self.link.now()
+        if account.is_moving:
+            first, last = account.robot, account.at(now)
+            self._session.clear_alarm()
+            self._out_of_time(now)
+            middle = first._replace(x_mm=(first.x_mm + last.x_mm) / 2.0, y_mm=(first.y_mm + last.y_mm) / 2.0)
+            account.place(middle._replace(heading_deg=last.heading_deg))
+            self.trouble = PoseUncertainError(
+                f"the robot at {url} was reset while it moved. It was stopped, between x {first.x_mm:.0f} mm, "
+                f"y {first.y_mm:.0f} mm, heading {first.heading_deg:.0f} degrees and x {last.x_mm:.0f} mm, "
+                f"y {last.y_mm:.0f} mm, heading {last.heading_deg:.0f} degrees. Nothing was resumed"
+            )
+        else:
+            self._notify(f"the robot at {url} was reset; its pen is set as it was")
+        self._compared, self._motions = (account.robot, account.rolled_mm, account.rotated_deg), 0
+        if self._pen_servo is not None:
+            self._host.send(self._pen(down=account.pen_down))
 
     def _bumped(self) -> None:
         """Something is in the way: stop, and tell whoever waits or comes next."""

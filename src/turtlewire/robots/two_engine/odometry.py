@@ -38,16 +38,24 @@ class Odometer:
         self.mm_per_tick = mm_per_tick
         self.ticks = (0, 0)
         self._last = (0, 0)
+        self._time_ms = 0
         self._total = Travel()
 
-    def report(self, left_ticks: int, right_ticks: int, now: float) -> None:
-        """The robot says how many ticks there have been since it was switched on."""
+    def report(self, time_ms: int, left_ticks: int, right_ticks: int, now: float) -> bool:
+        """The robot says how many ticks there have been since it was switched on, and how long ago that was.
+
+        Returns whether that was before the last report; if not, it was reset meanwhile, and all begins anew.
+        """
         new = (left_ticks, right_ticks)
+        goes_on = self.heard_at is None or _wrapped(time_ms - self._time_ms) >= 0
+        if not goes_on:
+            self.forget()
         if self.heard_at is not None:
             left, right = (_wrapped(n - old) for n, old in zip(new, self._last, strict=True))
             self.ticks = (self.ticks[0] + left, self.ticks[1] + right)
-        self._last = new
+        self._last, self._time_ms = new, time_ms
         self.heard_at = now
+        return goes_on
 
     def forget(self) -> None:
         """Begin anew: the ticks of a robot that was reset go on from 0."""

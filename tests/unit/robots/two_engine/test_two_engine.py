@@ -7,6 +7,7 @@ import gc
 import itertools
 import math
 import random
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from turtlewire.errors import (
     LinkLostError,
     MessageError,
     NotSupportedError,
+    PoseUncertainError,
     StoppedError,
     UsageError,
 )
@@ -475,8 +477,8 @@ def test_ticks_that_only_round_change_nothing_and_others_do() -> None:
     odometer = Odometer(0.5)
     assert odometer.travelled(3.0, 4.0) == (3.0, 4.0)  # nothing heard yet
     odometer = Odometer(0.5)
-    odometer.report(2**31 - 3, -7, 1.0)
-    odometer.report(-(2**31) + 17, 3, 2.0)  # 20 and 10 ticks on, wrapped: 10 mm and 5 mm
+    odometer.report(1000, 2**31 - 3, -7, 1.0)
+    odometer.report(2000, -(2**31) + 17, 3, 2.0)  # 20 and 10 ticks on, wrapped: 10 mm and 5 mm
     assert odometer.travelled(10.4, 4.6) == (10.4, 4.6)
     assert odometer.corrections == 0
     assert odometer.travelled(3.0, -3.0) == pytest.approx(
@@ -484,6 +486,38 @@ def test_ticks_that_only_round_change_nothing_and_others_do() -> None:
     )  # to the edge of what the ticks can mean
     assert odometer.corrections == 1
     assert odometer.heard_at == 2.0
+
+
+def test_a_robot_that_is_reset_while_it_moves_is_stopped_and_not_believed(bench: MakeBench) -> None:
+    made = bench({"boot_s": 0.3}, dialect="telemetry", boot_s=0.5)
+    made.turtle.forward(50)
+    made.wire.at(0.5, made.robot.port_opened)
+    with pytest.raises(
+        PoseUncertainError, match=r"was reset while it moved.*x 0 mm, y 50 mm.*Nothing was"
+    ) as caught:
+        made.turtle.forward(400)
+    pass_time(made.robot, 0.5)
+    assert list(made.robot.engines) == [0, 0]
+    stood = made.robot.pose
+    assert 50.0 < stood.y_mm < 250.0
+    last_mm = float(re.findall(r"y (\d+) mm", str(caught.value))[1])
+    assert 50.0 < made.turtle.pose.y_mm < last_mm < 300.0
+    made.turtle.finish()
+    assert made.robot.pen_is_down  # a reset lifts it
+    made.turtle.forward(30)
+    assert made.robot.pose.y_mm - stood.y_mm == pytest.approx(30.0, abs=0.5)
+
+
+def test_a_robot_that_is_reset_while_it_stands_goes_on_from_there(bench: MakeBench) -> None:
+    made = bench({"boot_s": 0.3}, dialect="telemetry", boot_s=0.5)
+    made.turtle.forward(50)
+    made.robot.port_opened()
+    assert not made.goes_on(1.0)
+    assert "was reset; its pen is set as it was" in made.notes[0]
+    made.turtle.forward(30)
+    assert made.robot.pen_is_down
+    assert made.off_mm < 0.5
+    assert made.turtle.statistics.corrections == 0
 
 
 def test_a_bumper_ends_a_motion_and_only_the_way_back_is_free(bench: MakeBench) -> None:
