@@ -47,6 +47,7 @@ class Report:
         self._output: list[str] = []
         self._errors: list[str] = []
         self._is_reachable = True
+        self._was_reached_again = False
         self._result: dict[str, Any] = {
             "outcome": "done",
             "exit_code": 0,
@@ -81,6 +82,18 @@ class Report:
     def announce(self, path: str) -> None:
         """Where the robot has to be, for a new pty."""
         output.tell(f"waiting for the robot at {path}")
+
+    def waits(self) -> None:
+        """The link was lost, which has ended the program; the robot is to be stopped yet."""
+        if self._is_real:
+            output.tell(
+                "turtlewire: the program has ended. Waiting until the robot is reached again, and stopped; Ctrl-C ends "
+                "the waiting"
+            )
+
+    def reached(self) -> None:
+        """It was, and stands."""
+        self._was_reached_again = True
 
     def keep_output(self, text: str) -> None:
         """Output of the program, for ``--json``."""
@@ -149,7 +162,8 @@ class Report:
         ``position`` is where the program was, for an error that does not know a place itself.
         """
         code = error.exit_code if isinstance(error, TurtlewireError) else 1
-        self._is_reachable = self._is_reachable and not isinstance(error, LinkError)
+        if isinstance(error, LinkError) and not self._was_reached_again:
+            self._is_reachable = False
         message = "\n".join([str(error) or type(error).__name__, *getattr(error, "__notes__", [])])
         self._fail("error", code, error, message, getattr(error, "position", None) or position)
 

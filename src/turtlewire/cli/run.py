@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import sys
 from pathlib import Path
@@ -11,7 +12,14 @@ from turtlewire.cli import options
 from turtlewire.cli.progress import Bar
 from turtlewire.cli.report import Report
 from turtlewire.cli.signals import Interrupted
-from turtlewire.errors import DataError, LinkClosedError, TurtlewireError, UsageError
+from turtlewire.errors import (
+    DataError,
+    LinkClosedError,
+    LinkError,
+    LinkLostError,
+    TurtlewireError,
+    UsageError,
+)
 
 if TYPE_CHECKING:
     import argparse
@@ -142,6 +150,9 @@ class _Run:
             # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
             try:
                 self._drive(robot, source, name)
+            except LinkLostError:
+                self._reach(robot)
+                raise
             finally:
                 self._signals.hold()
         finally:
@@ -172,6 +183,14 @@ class _Run:
                 report.deviates(robot, turtle, origin)
         finally:
             self.position = interpreter.position
+
+    def _reach(self, robot: Robot) -> None:
+        """The link was lost, and the program with it: wait until the robot is reached again, and so is stopped."""
+        self._report.waits()
+        # In vain, or not for so long: the report says that it was not stopped. Why, the driver has told.
+        with contextlib.suppress(LinkError, Interrupted):
+            robot.reconnected()
+            self._report.reached()
 
     def _finish(self, robot: Robot, interpreter: Interpreter) -> None:
         """The program is through; the robot may have some of it to do yet."""

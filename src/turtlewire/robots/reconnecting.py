@@ -60,6 +60,7 @@ class Reconnecting:
     Attributes:
         state: how the link is, unless it has ended.
         count: how often the robot was reached again.
+        gave_up: whether it was tried for long enough, and in vain.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class Reconnecting:
     ) -> None:
         self.state: LinkState = "connected"
         self.count = 0
+        self.gave_up = False
         self._session = session
         self._driver = driver
         self._reconnect_s = reconnect_s
@@ -106,6 +108,7 @@ class Reconnecting:
             )
 
     def _give_up(self, why: str) -> None:
+        self.gave_up = True
         self._session.end(
             f"{self._reason} The robot {self._where}; it could not be reached again within {self._reconnect_s:g} s "
             f"({why}). If it still moves, switch it off; then connect again"
@@ -128,7 +131,7 @@ class Reconnecting:
         while self.state == "reconnecting" and not session.ended and session.link.now() < until:
             if session.is_open or await self._open(until):
                 await self._get_in_step()
-        if session.ended:
+        if self.gave_up:
             await session.link.close()
 
     async def cancel(self) -> None:

@@ -379,7 +379,8 @@ class Session(Generic[EventT]):
                     if self._reconnecting is not None and not self.ended:
                         await self._reconnecting.open_again()
                 self.notify()
-            await self.link.close()
+            if self._reconnecting is not None and self._reconnecting.gave_up:
+                await self.link.close()
         finally:
             # However it ends, nobody may go on waiting for it.
             self.end(f"the link to {self.link.url} is not served any more")

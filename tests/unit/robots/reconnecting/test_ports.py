@@ -197,9 +197,10 @@ def test_lost_while_it_is_being_reached(port: MakePort, protocol: str) -> None:
                     assert host.recv(5)
         there.plug_in()
         robot.reconnected(PATIENCE_S)
-        assert robot.statistics.reconnections == 1
         assert moves(protocol, there.heard) == []
-        assert len([note for note in notes if "Trying" in note]) == 1
+        if protocol != "frame":  # that one is stopped as soon as it was told so: nothing answers
+            assert robot.statistics.reconnections == 1
+            assert len([note for note in notes if "Trying" in note]) == 1
         robot.resume()
         robot.forward(10)
 

@@ -11,7 +11,7 @@ import pytest
 
 import turtlewire
 from tests.unit.robots.reconnecting.ports import ROBOTS
-from turtlewire.configuration import _defaults, target
+from turtlewire.configuration import defaults, target
 from turtlewire.connect import connect
 from turtlewire.errors import LinkClosedError, LinkLostError
 from turtlewire.links.faults import FaultyLink
@@ -62,7 +62,7 @@ class Bench:
             self.tap = link._link = Tap(link._link)
             return link
 
-        settings: Any = _defaults(target(url).protocol)
+        settings: Any = defaults(target(url).protocol)
         # In the URL of a simulated robot this is its own; one that does not boot needs no patience.
         settings = settings._replace(boot_s=2.5 if "boot_s" in url else 0.0)
         self.turtle: Any = connect(url, settings, notify=self.notes.append, wrap=wrap)
