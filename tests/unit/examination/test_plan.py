@@ -210,6 +210,12 @@ def test_a_robot_that_boots_longer_is_found_if_one_says_so() -> None:
     assert patient.attempts > 4
 
 
+def test_what_talks_has_booted() -> None:
+    robot = SimulatedFrameRobot(FrameRobotSettings(dialect=TELEMETRY))
+    found = examined(Line(robot, 115200), EVERYTHING._replace(boot_s=60.0))
+    assert (found.protocol, found.attempts) == ("frame", 2)
+
+
 def test_the_boot_is_waited_for_once() -> None:
     found = examined(Line(Talker(), None))
     assert found.protocol == ""
@@ -242,6 +248,9 @@ def test_text_tells_its_rate_and_ends_the_search(baud: int) -> None:
     found = examined(Line(Talker(b"temperature 21.5 degrees\r\n", every_s=0.2), baud))
     assert (found.protocol, found.baud) == ("", baud)
     assert found.strange == f"something writes text at {baud} baud: 'temperature 21.5 degrees'"
+    # Whatever else is there has the same rate: that one is probed, and no other after it.
+    assert found.rates[-1].baud == baud
+    assert "text: 'temperature 21.5 degrees'" in [at.what for at in found.rates if at.baud == baud]
 
 
 def test_a_robot_that_writes_text_at_its_boot_is_found() -> None:
