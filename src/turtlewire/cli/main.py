@@ -14,6 +14,7 @@ from turtlewire.cli import (
     doctor,
     drive,
     encode,
+    firmware,
     identify,
     monitor,
     output,
@@ -91,6 +92,7 @@ def _parser() -> argparse.ArgumentParser:
         identify,
         monitor,
         dialect,
+        firmware,
     ):
         command.add_parser(commands)
     return parser

@@ -1,0 +1,204 @@
+"""Building a sketch, by whichever tool is there: arduino-cli, arduino-builder, or avr-gcc and Arduino's core."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, NamedTuple
+
+from turtlewire.errors import DataError, OutputError, UsageError
+from turtlewire.firmware.boards import FREQUENCY_HZ, Board
+from turtlewire.firmware.sketches import Sketch, library
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+# Where distributions put Arduino's core; the variable names another place.
+CORE_VARIABLE = "ARDUINO_AVR_CORE"
+HARDWARE = Path("/usr/share/arduino/hardware")
+TOOLS_ADVICE = (
+    "install arduino-cli (https://arduino.github.io/arduino-cli, then `arduino-cli core install arduino:avr`), or on "
+    "Debian and Ubuntu `apt install gcc-avr avr-libc binutils-avr arduino-core-avr avrdude`"
+)
+# What Arduino's own tools use, so that a program is the same whoever builds it.
+OPTIMISE = ["-Os", "-ffunction-sections", "-fdata-sections", "-flto", "-fno-fat-lto-objects"]
+# The core of 1.8.x names a macro that avr-gcc 5.4 has under another name only.
+CPP = ["-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics", "-DDECIMAL_DIG=__DECIMAL_DIG__"]
+
+
+class Built(NamedTuple):
+    """A program for a board.
+
+    Attributes:
+        sketch: its name; board: what for; tool: what built it.
+        elf, hex: the files, the second for flashing.
+        flash_bytes, ram_bytes: what it takes; of RAM, variables only, not the stack.
+    """
+
+    sketch: str
+    board: Board
+    tool: str
+    elf: Path
+    hex: Path
+    flash_bytes: int
+    ram_bytes: int
+
+
+def build(sketch: Sketch, board: Board, folder: Path, tool: str | None = None) -> Built:
+    """Build a sketch into a folder.
+
+    Args:
+        sketch: what to build.
+        board: what for.
+        folder: where the files go, made if need be.
+        tool: ``arduino-cli``, ``arduino-builder`` or ``avr-gcc``; None: the first of them that is there.
+
+    Raises ``UsageError`` (no tool), ``DataError`` (the sketch does not compile, or does not fit on the board; what the
+    compiler said is in the message) or ``OutputError``.
+    """
+    name = tool or next((name for name in BUILDERS if is_there(name)), None)
+    if name is None:
+        raise UsageError(f"there is nothing to build firmware with: {TOOLS_ADVICE}")
+    if name not in BUILDERS or not is_there(name):
+        raise UsageError(f"{name} is not there: {TOOLS_ADVICE}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix="turtlewire-") as work:
+            elf, hex_file = BUILDERS[name](sketch, board, Path(work))
+            kept = [
+                Path(shutil.copy(made, folder / f"{sketch.name}{made.suffix}")) for made in (elf, hex_file)
+            ]
+    except OSError as error:
+        raise OutputError(f"cannot build in {error.filename or folder}: {error.strerror or error}") from error
+    flash_bytes, ram_bytes = sizes(kept[0])
+    for used, most, what in ((flash_bytes, board.flash_bytes, "flash"), (ram_bytes, board.ram_bytes, "RAM")):
+        if used > most:
+            raise DataError(f"{sketch.name} takes {used} bytes of {what}, but the {board.name} has {most}")
+    return Built(sketch.name, board, name, kept[0], kept[1], flash_bytes, ram_bytes)
+
+
+def is_there(tool: str) -> bool:
+    """Whether a tool, and what it needs, is on this computer."""
+    return shutil.which(tool) is not None and (tool == "arduino-cli" or core().is_dir())
+
+
+def core() -> Path:
+    """The folder of Arduino's core for AVR."""
+    return Path(os.environ.get(CORE_VARIABLE, HARDWARE / "arduino" / "avr"))
+
+
+def sizes(elf: Path) -> tuple[int, int]:
+    """How many bytes of flash and of RAM a program takes."""
+    told = run(["avr-size", "-A", str(elf)])
+    parts = {name: int(size) for name, size in re.findall(r"^\.(\w+)\s+(\d+)", told, re.MULTILINE)}
+    data = parts.get("data", 0)
+    return parts.get("text", 0) + data, data + parts.get("bss", 0) + parts.get("noinit", 0)
+
+
+def run(command: Sequence[str], failure: str = "") -> str:
+    """Run a tool; what it printed. Raises ``DataError`` with what it complained of."""
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    if done.returncode:
+        raise DataError(f"{failure or f'{command[0]} failed'}:\n{(done.stderr or done.stdout).strip()}")
+    return done.stdout
+
+
+def _by_arduino_cli(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
+    command = ["arduino-cli", "compile", "--fqbn", board.fqbn, "--library", str(library())]
+    run([*command, "--output-dir", str(work), str(sketch.path.parent)], f"{sketch.name} does not compile")
+    return work / f"{sketch.path.name}.elf", work / f"{sketch.path.name}.hex"
+
+
+def _by_arduino_builder(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
+    hardware = core().parents[1]
+    command = [
+        "arduino-builder",
+        "-compile",
+        "-hardware",
+        str(hardware),
+        "-fqbn",
+        board.fqbn,
+        "-build-path",
+        str(work),
+    ]
+    command += [
+        "-libraries",
+        str(library().parent),
+        "-tools",
+        "/usr/bin",
+        "-prefs=runtime.tools.avr-gcc.path=/usr",
+    ]
+    command += ["-prefs=compiler.cpp.extra_flags=-DDECIMAL_DIG=__DECIMAL_DIG__", str(sketch.path)]
+    run(command, f"{sketch.name} does not compile")
+    return work / f"{sketch.path.name}.elf", work / f"{sketch.path.name}.hex"
+
+
+def _by_avr_gcc(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
+    """Arduino's core as an archive, our sources with all warnings, the sketch; linked together."""
+    archive = _core_archive(board)
+    sources = sorted((library() / "src" / "turtlewire").glob("*.cpp"))
+    sources += sorted(path for path in sketch.path.parent.glob("*.cpp"))
+    objects = [
+        str(_compiled(source, board, work, "-Wall", "-Wextra", name=sketch.name)) for source in sources
+    ]
+    # A .ino is C++ that begins with this header; prototypes it has to write itself.
+    made = _compiled(
+        sketch.path, board, work, "-Wall", "-Wextra", "-x", "c++", "-include", "Arduino.h", name=sketch.name
+    )
+    elf, hex_file = work / f"{sketch.name}.elf", work / f"{sketch.name}.hex"
+    link = ["avr-gcc", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections", f"-mmcu={board.chip}"]
+    run([*link, "-o", str(elf), str(made), *objects, str(archive), "-lm"], f"{sketch.name} does not link")
+    run(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", str(elf), str(hex_file)])
+    return elf, hex_file
+
+
+def _compiled(source: Path, board: Board, work: Path, *flags: str, name: str) -> Path:
+    made = work / f"{source.name}.o"
+    is_c = source.suffix == ".c"
+    language = ["avr-gcc", "-std=gnu11"] if is_c else ["avr-g++", *CPP]
+    if source.suffix == ".S":
+        language = ["avr-gcc", "-x", "assembler-with-cpp"]
+    defines = [
+        f"-DF_CPU={FREQUENCY_HZ}L",
+        "-DARDUINO=10819",
+        f"-DARDUINO_{board.macro}",
+        "-DARDUINO_ARCH_AVR",
+    ]
+    folders = [core() / "cores" / "arduino", core() / "variants" / board.variant, library() / "src"]
+    includes = [f"-I{folder}" for folder in folders]
+    optimise = [] if source.suffix == ".S" else OPTIMISE
+    command = [*language, *flags, *optimise, f"-mmcu={board.chip}", *defines, *includes]
+    run([*command, "-c", str(source), "-o", str(made)], f"{name} does not compile")
+    return made
+
+
+def _core_archive(board: Board) -> Path:
+    """Arduino's core for a board, built once and kept."""
+    sources = sorted(
+        path for path in (core() / "cores" / "arduino").iterdir() if path.suffix in (".c", ".cpp", ".S")
+    )
+    newest = max(path.stat().st_mtime_ns for path in sources)
+    kept = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "turtlewire"
+    archive = kept / f"arduino-{board.name}-{newest:x}.a"
+    if archive.exists():
+        return archive
+    kept.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix="turtlewire-") as work:
+        objects = [
+            str(_compiled(source, board, Path(work), "-w", name="Arduino's core")) for source in sources
+        ]
+        made = kept / f"{archive.name}.{os.getpid()}"
+        run(["avr-gcc-ar", "rcs", str(made), *objects])
+        made.replace(archive)  # in one step: another build may want it now
+    return archive
+
+
+BUILDERS: dict[str, Callable[[Sketch, Board, Path], tuple[Path, Path]]] = {
+    "arduino-cli": _by_arduino_cli,
+    "avr-gcc": _by_avr_gcc,
+    "arduino-builder": _by_arduino_builder,
+}
