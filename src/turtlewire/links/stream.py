@@ -14,6 +14,7 @@ from turtlewire.errors import LinkClosedError, LinkError, PortBusyError, PortNot
 from turtlewire.links.line_rate import baud_of
 from turtlewire.links.link import Link
 from turtlewire.links.port import Port
+from turtlewire.links.pseudo_terminal import open_pty
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -248,7 +249,7 @@ async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = l
     """Open a port for this program alone.
 
     ``baud`` is used where the URL names none. For ``pty`` a new pseudo-terminal is made and the path of its far end
-    is announced: whatever opens that is the robot.
+    is announced: whatever opens that is the robot, and is waited for.
 
     Raises ``UsageError`` (no port), ``PortNotFoundError``, ``PortBusyError`` or ``LinkError``.
     """
@@ -260,7 +261,7 @@ async def open_port(text: str, *, baud: int, announce: Callable[[str], None] = l
         elif port.kind == "socket":
             await _open_socket(connection, port.host, port.number)
         else:
-            _open_pty(connection, announce)
+            await open_pty(connection, announce)
 
     link = StreamLink(text, opener)
     await link.reopen()
@@ -290,74 +291,6 @@ async def _open_socket(connection: Connection, host: str, number: int) -> None:
     loop = asyncio.get_running_loop()
     async with asyncio.timeout(CONNECT_TIMEOUT_S):
         await loop.create_connection(lambda: connection, host, number)
-
-
-def _open_pty(connection: Connection, announce: Callable[[str], None]) -> None:
-    try:
-        import pty
-        import tty
-    except ImportError:
-        raise LinkError("this system has no pty; use socket://host:port") from None
-    near, far = pty.openpty()
-    tty.setraw(far)
-    # The far end stays open here, so that the robot's program may come and go.
-    connection.transport = _PtyTransport(near, far, connection)
-    announce(os.ttyname(far))
-
-
-class _PtyTransport(asyncio.Transport):
-    """The near end of a pty, read and written when ready."""
-
-    def __init__(self, near: int, far: int, connection: Connection) -> None:
-        super().__init__()
-        self._near, self._far, self._connection = near, far, connection
-        self._unsent = bytearray()
-        self._loop = asyncio.get_running_loop()
-        os.set_blocking(near, False)
-        self._loop.add_reader(near, self._readable)
-
-    def _readable(self) -> None:
-        try:
-            data = os.read(self._near, READ_BYTES)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self._end(error)
-            return
-        self._connection.data_received(data)
-
-    def write(self, data: bytes | bytearray | memoryview) -> None:
-        self._unsent += data
-        self._writable()
-
-    def _writable(self) -> None:
-        try:
-            del self._unsent[: os.write(self._near, self._unsent)]
-        except BlockingIOError:
-            pass
-        except OSError as error:
-            self._end(error)
-            return
-        if self._unsent:
-            self._loop.add_writer(self._near, self._writable)
-        else:
-            self._loop.remove_writer(self._near)
-
-    def close(self) -> None:
-        self._end(None)
-
-    def abort(self) -> None:
-        self._end(None)
-
-    def _end(self, error: OSError | None) -> None:
-        if self._near < 0:
-            return
-        self._loop.remove_reader(self._near)
-        self._loop.remove_writer(self._near)
-        os.close(self._near)
-        os.close(self._far)
-        self._near = -1
-        self._connection.connection_lost(error)
 
 
 def explained(text: str, port: Port, error: OSError) -> LinkError:

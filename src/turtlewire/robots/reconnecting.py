@@ -17,7 +17,7 @@ import contextlib
 import math
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
-from turtlewire.errors import LinkClosedError, LinkError, LinkLostError, TurtlewireError
+from turtlewire.errors import LinkClosedError, LinkError, LinkLostError, PortNotFoundError, TurtlewireError
 from turtlewire.robots.session import ended
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ class Reconnecting:
             await link.sleep(min(link.now() + self._pause_s, until, self._deadline))
             self._pause_s = min(max(FIRST_PAUSE_S, 2.0 * self._pause_s), LONGEST_PAUSE_S)
             try:
-                await link.reopen()
+                await self._reopen(max(LAST_TRY_S, self._deadline - link.now()))
             except LinkError as error:
                 if isinstance(error, LinkClosedError) or link.now() >= self._deadline:
                     self._give_up(str(error))
@@ -212,19 +212,22 @@ class Reconnecting:
         was_open = session.is_open
         session.end(f"the link to {link.url} is closed")
         await session.end_pumping()
-        with contextlib.suppress(LinkError, TimeoutError):
+        with contextlib.suppress(LinkError):
             if not was_open:
                 await link.close()
-                await self._reopen_soon()
+                await self._reopen(LAST_TRY_S)
             link.write_urgent(emergency_stop(link.now()))
             await link.sleep(link.now() + last_bytes_s)
 
-    async def _reopen_soon(self) -> None:
+    async def _reopen(self, within_s: float) -> None:
         link = self._session.link
         if not link.in_background:
             await link.reopen()
             return
         import asyncio
 
-        async with asyncio.timeout(LAST_TRY_S):
-            await link.reopen()
+        try:
+            async with asyncio.timeout(within_s):
+                await link.reopen()
+        except TimeoutError:
+            raise PortNotFoundError(f"nobody is at {link.url}") from None

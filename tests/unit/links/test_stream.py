@@ -11,6 +11,7 @@ import pty
 import socket
 import termios
 import tty
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -24,6 +25,9 @@ from turtlewire.links.stream import Connection, StreamLink, open_port
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Iterator
     from pathlib import Path
+
+
+DESCRIPTORS = Path("/proc/self/fd")
 
 
 def run(main: Coroutine[Any, Any, None]) -> None:
@@ -337,12 +341,39 @@ def test_what_is_no_port_is_a_usage_error() -> None:
 # ---------------------------------------------------------------- a new pty
 
 
-def test_a_robot_comes_to_a_new_pty_and_leaves_and_comes_again() -> None:
+class Comer:
+    """Opens the far end as soon as it hears of it."""
+
+    def __init__(self) -> None:
+        self.path = ""
+        self.robot = -1
+
+    def __call__(self, path: str) -> None:
+        self.path = path
+        self.come()
+
+    def come(self) -> None:
+        self.robot = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+
+    def go(self) -> None:
+        os.close(self.robot)
+
+
+@pytest.fixture
+def comer() -> Iterator[Comer]:
+    made = Comer()
+    yield made
+    with contextlib.suppress(OSError):  # gone already
+        made.go()
+
+
+def test_a_robot_comes_to_a_new_pty_and_leaves_and_comes_again(comer: Comer) -> None:
     async def main() -> None:
-        paths: list[str] = []
-        link = await open_port("pty", baud=9600, announce=paths.append)
-        for _ in range(2):
-            robot = os.open(paths[0], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        link = await open_port("pty", baud=9600, announce=comer)
+        for number in range(2):
+            if number:
+                comer.come()
+            robot = comer.robot
             link.write(b"F\r\n\x03")
             assert await heard(robot, 4) == b"F\r\n\x03"
             os.write(robot, b"QH\r")
@@ -356,11 +387,45 @@ def test_a_robot_comes_to_a_new_pty_and_leaves_and_comes_again() -> None:
     run(main())
 
 
-def test_a_pty_whose_robot_does_not_read_never_blocks_and_loses_nothing() -> None:
+def test_a_new_pty_is_raw_and_waits_until_somebody_opens_it() -> None:
     async def main() -> None:
-        paths: list[str] = []
-        link = await open_port("pty:", baud=9600, announce=paths.append)
-        robot = os.open(paths[0], os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        announced: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        before = set(DESCRIPTORS.iterdir())
+        opening = asyncio.create_task(open_port("pty", baud=9600, announce=announced.set_result))
+        path = await announced
+        # However often it looks, nobody is there.
+        for _ in range(5):
+            await asyncio.sleep(0.0)
+        assert not opening.done()
+        robot = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        os.write(robot, b"\r\n\x03")
+        os.close(robot)  # at once: it is noticed by what it has left behind
+        link = await opening
+        assert await read_all(link, 3) == b"\r\n\x03"
+        await link.close()
+        assert set(DESCRIPTORS.iterdir()) == before
+
+    run(main())
+
+
+def test_whoever_stops_waiting_at_a_new_pty_leaves_nothing_behind() -> None:
+    async def main() -> None:
+        announced: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        before = set(DESCRIPTORS.iterdir())
+        opening = asyncio.create_task(open_port("pty", baud=9600, announce=announced.set_result))
+        await announced
+        opening.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await opening
+        assert set(DESCRIPTORS.iterdir()) == before
+
+    run(main())
+
+
+def test_a_pty_whose_robot_does_not_read_never_blocks_and_loses_nothing(comer: Comer) -> None:
+    async def main() -> None:
+        link = await open_port("pty:", baud=9600, announce=comer)
+        robot = comer.robot
         sent = bytes(range(256)) * 1024
         link.write(sent)
         assert await heard(robot, len(sent)) == sent
@@ -372,10 +437,10 @@ def test_a_pty_whose_robot_does_not_read_never_blocks_and_loses_nothing() -> Non
     run(main())
 
 
-def test_a_pty_that_fails_ends_the_link() -> None:
+def test_a_pty_that_fails_ends_the_link(comer: Comer) -> None:
     async def main() -> None:
         for failing in ("_readable", "_writable"):
-            link = await open_port("pty", baud=9600)
+            link = await open_port("pty", baud=9600, announce=comer)
             transport: Any = link._connection.transport
             broken = os.open("/dev/null", os.O_RDONLY if failing == "_writable" else os.O_WRONLY)
             near, transport._near = transport._near, broken
@@ -386,13 +451,14 @@ def test_a_pty_that_fails_ends_the_link() -> None:
             with pytest.raises(LinkClosedError):
                 await link.read(math.inf)
             await link.close()
+            comer.go()
 
     run(main())
 
 
-def test_nothing_to_read_is_no_end() -> None:
+def test_nothing_to_read_is_no_end(comer: Comer) -> None:
     async def main() -> None:
-        link = await open_port("pty", baud=9600)
+        link = await open_port("pty", baud=9600, announce=comer)
         transport: Any = link._connection.transport
         transport._readable()
         transport._unsent += bytes(1 << 17)
