@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 # Where distributions put Arduino's core; the variable names another place.
 CORE_VARIABLE = "ARDUINO_AVR_CORE"
 HARDWARE = Path("/usr/share/arduino/hardware")
+# Where Debian puts what arduino-builder needs to know about its own helpers.
+BUILDER = Path("/usr/share/arduino-builder")
 TOOLS_ADVICE = (
     "install arduino-cli (https://arduino.github.io/arduino-cli, then `arduino-cli core install arduino:avr`), or on "
     "Debian and Ubuntu `apt install gcc-avr avr-libc binutils-avr arduino-core-avr avrdude`"
@@ -114,24 +116,11 @@ def _by_arduino_cli(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Pat
 
 
 def _by_arduino_builder(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
-    hardware = core().parents[1]
-    command = [
-        "arduino-builder",
-        "-compile",
-        "-hardware",
-        str(hardware),
-        "-fqbn",
-        board.fqbn,
-        "-build-path",
-        str(work),
-    ]
-    command += [
-        "-libraries",
-        str(library().parent),
-        "-tools",
-        "/usr/bin",
-        "-prefs=runtime.tools.avr-gcc.path=/usr",
-    ]
+    command = ["arduino-builder", "-compile", "-fqbn", board.fqbn, "-build-path", str(work)]
+    for folder in (core().parents[1], BUILDER):
+        command += ["-hardware", str(folder)]
+    command += ["-tools", str(BUILDER), "-tools", "/usr/bin", "-libraries", str(library().parent)]
+    command += ["-prefs=runtime.tools.avr-gcc.path=/usr"]
     command += ["-prefs=compiler.cpp.extra_flags=-DDECIMAL_DIG=__DECIMAL_DIG__", str(sketch.path)]
     run(command, f"{sketch.name} does not compile")
     return work / f"{sketch.path.name}.elf", work / f"{sketch.path.name}.hex"
