@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -11,10 +12,13 @@ from hypothesis import strategies as st
 
 from tests.property.test_frame import dialects, directions, streams
 from turtlewire.protocols.checksums import CATALOGUE, Coverage
-from turtlewire.protocols.frame import bulk
+from turtlewire.protocols.frame import bulk, bulk_frames
 from turtlewire.protocols.frame.bulk import COUNTS, INCONSISTENT, UNKNOWN_TYPE
 from turtlewire.protocols.frame.codec import Frame, FrameDecoder, frame_bytes
 from turtlewire.protocols.frame.dialect import TO_ROBOT, Dialect, shipped
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 Rows = list[tuple[int, int, str, list[str]]]
 
@@ -52,25 +56,35 @@ def in_bulk(data: bytes, dialect: Dialect, direction: str) -> Rows:
     ]
 
 
-@settings(deadline=None)
-@given(st.data(), dialects, directions)
-def test_bulk_and_streaming_agree(data: st.DataObject, dialect: Dialect, direction: str) -> None:
+@contextmanager
+def blocks(near: int, block: int) -> Iterator[None]:
+    """So that short streams are long ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bulk_frames, "NEAR", near)
+        patch.setattr(bulk_frames, "BLOCK", block)
+        yield
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.data(), dialects, directions, st.sampled_from([16, 64, 300]), st.sampled_from([1, 2, 16]))
+def test_bulk_and_streaming_agree(
+    data: st.DataObject, dialect: Dialect, direction: str, near: int, times: int
+) -> None:
     stream = data.draw(streams(dialect, direction))
-    assert in_bulk(stream, dialect, direction) == streamed(stream, dialect, direction)
+    with blocks(near, near * times):
+        assert in_bulk(stream, dialect, direction) == streamed(stream, dialect, direction)
 
 
 @settings(deadline=None)
 @given(st.binary(max_size=600).map(lambda data: data.replace(b"\x01", b"\xa3\x01\x02")), dialects, directions)
 def test_they_agree_on_any_bytes(stream: bytes, dialect: Dialect, direction: str) -> None:
-    assert in_bulk(stream, dialect, direction) == streamed(stream, dialect, direction)
+    with blocks(64, 128):
+        assert in_bulk(stream, dialect, direction) == streamed(stream, dialect, direction)
 
 
 @pytest.mark.parametrize("coverage", Coverage)
 @pytest.mark.parametrize("crc", CATALOGUE)
-def test_every_algorithm_and_coverage_over_the_ends_of_blocks(
-    crc: str, coverage: Coverage, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(bulk, "BLOCK", 64)
+def test_every_algorithm_and_coverage_over_the_ends_of_blocks(crc: str, coverage: Coverage) -> None:
     dialect = shipped("0.1").configured(crc=crc, coverage=coverage.value)
     payloads = [
         b"",
@@ -81,7 +95,8 @@ def test_every_algorithm_and_coverage_over_the_ends_of_blocks(
         b"\x01\x07",
     ]
     stream = b"".join(frame_bytes(dialect, n, payloads[n % 6]) + b"\xa3\x01" * (n % 3) for n in range(40))
-    found = in_bulk(stream, dialect, TO_ROBOT)
+    with blocks(64, 64):
+        found = in_bulk(stream, dialect, TO_ROBOT)
     assert found == streamed(stream, dialect, TO_ROBOT)
     assert len(found) >= 30
     assert {row[2] for row in found} == {"0", "1", "2"}
@@ -90,7 +105,7 @@ def test_every_algorithm_and_coverage_over_the_ends_of_blocks(
 def test_a_capture_longer_than_a_block_with_damage() -> None:
     dialect = shipped("0.1")
     stream = bytearray()
-    while len(stream) < 2 * bulk.BLOCK + 1000:
+    while len(stream) < 2 * bulk_frames.BLOCK + 1000:
         n = len(stream)
         stream += frame_bytes(dialect, n % 256, bytes((n % 3, n % 2, n % 181)) * (n % 5))
     for place in range(0, len(stream), 997):
