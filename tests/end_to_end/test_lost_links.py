@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from typing import TYPE_CHECKING
 
 import pytest
 
-from .conftest import CONFIRMED, EMERGENCY_STOP, wait_until
+from .conftest import CONFIRMED, EMERGENCY_STOP, IMPATIENT, wait_until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -141,3 +142,41 @@ def test_a_lesson_about_it_needs_no_robot(cli: Cli) -> None:
     ended = cli("run", cli.program("REPEAT 4 [FD 100 RT 90]"), "--faults", "close:2+3")
     assert ended.code == 3
     ended.check_said("a fault that was asked for", "was reached again after 3.", "in program.logo, line 1")
+
+
+def test_a_robot_may_come_to_a_new_pty_whenever_it_likes(cli: Cli) -> None:
+    process = cli.start("run", cli.program("FD 20 PRINT POS"), "--port", "pty", *IMPATIENT)
+    process.wait_for_err("waiting for the robot at ")
+    path = process.err.split()[-1]
+    assert process.popen.poll() is None
+    robot = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    try:
+        ended = process.end()
+    finally:
+        os.close(robot)
+    assert (ended.code, ended.out) == (0, "0 20\n")
+    ended.check_said("answers no queries: it is run as a basic one")
+
+
+def test_the_wait_at_a_new_pty_can_be_interrupted(cli: Cli) -> None:
+    process = cli.start("run", cli.program("FD 20"), "--port", "pty")
+    process.wait_for_err("waiting for the robot at ")
+    process.signal(signal.SIGINT)
+    ended = process.end()
+    assert ended.code == 130
+    ended.check_said("interrupted (SIGINT)")
+
+
+def test_who_interrupts_a_program_that_thinks_is_told_that_its_robot_is_away(cli: Cli) -> None:
+    cable = Cable(cli)
+    simulator = cable.plug_in()
+    thinks = cli.program('FD 20 PRINT "thinking FOREVER [MAKE "x 1 + 1]\n')
+    process = cli.start("run", thinks, "--port", cable.port)
+    process.wait_for_out("thinking")
+    cable.unplug(simulator)
+    process.wait_for_err("Trying to reach it again")
+    process.signal(signal.SIGINT)
+    ended = process.end()
+    assert ended.code == 130
+    ended.check_said("The robot cannot be reached to stop it: if it still moves, switch it off.")
+    assert "The robot was stopped" not in ended.err

@@ -95,6 +95,10 @@ class Report:
         """It was, and stands."""
         self._was_reached_again = True
 
+    def cannot_reach(self) -> None:
+        """When all is over, there is no link to the robot."""
+        self._is_reachable = False
+
     def keep_output(self, text: str) -> None:
         """Output of the program, for ``--json``."""
         self._output.append(text)
@@ -163,7 +167,7 @@ class Report:
         """
         code = error.exit_code if isinstance(error, TurtlewireError) else 1
         if isinstance(error, LinkError) and not self._was_reached_again:
-            self._is_reachable = False
+            self.cannot_reach()
         message = "\n".join([str(error) or type(error).__name__, *getattr(error, "__notes__", [])])
         self._fail("error", code, error, message, getattr(error, "position", None) or position)
 

@@ -156,6 +156,8 @@ class _Run:
             finally:
                 self._signals.hold()
         finally:
+            if robot.link_state in ("reconnecting", "closed"):
+                report.cannot_reach()
             try:
                 robot.close(finish=False)
             finally:

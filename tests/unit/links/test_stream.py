@@ -24,10 +24,11 @@ from turtlewire.links.stream import Connection, StreamLink, open_port
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Iterator
-    from pathlib import Path
 
 
-DESCRIPTORS = Path("/proc/self/fd")
+def descriptors() -> set[Path]:
+    """What this process has open."""
+    return set(Path("/proc/self/fd").iterdir())
 
 
 def run(main: Coroutine[Any, Any, None]) -> None:
@@ -390,7 +391,7 @@ def test_a_robot_comes_to_a_new_pty_and_leaves_and_comes_again(comer: Comer) -> 
 def test_a_new_pty_is_raw_and_waits_until_somebody_opens_it() -> None:
     async def main() -> None:
         announced: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-        before = set(DESCRIPTORS.iterdir())
+        before = descriptors()
         opening = asyncio.create_task(open_port("pty", baud=9600, announce=announced.set_result))
         path = await announced
         # However often it looks, nobody is there.
@@ -403,7 +404,7 @@ def test_a_new_pty_is_raw_and_waits_until_somebody_opens_it() -> None:
         link = await opening
         assert await read_all(link, 3) == b"\r\n\x03"
         await link.close()
-        assert set(DESCRIPTORS.iterdir()) == before
+        assert descriptors() == before
 
     run(main())
 
@@ -411,13 +412,13 @@ def test_a_new_pty_is_raw_and_waits_until_somebody_opens_it() -> None:
 def test_whoever_stops_waiting_at_a_new_pty_leaves_nothing_behind() -> None:
     async def main() -> None:
         announced: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-        before = set(DESCRIPTORS.iterdir())
+        before = descriptors()
         opening = asyncio.create_task(open_port("pty", baud=9600, announce=announced.set_result))
         await announced
         opening.cancel()
         with pytest.raises(asyncio.CancelledError):
             await opening
-        assert set(DESCRIPTORS.iterdir()) == before
+        assert descriptors() == before
 
     run(main())
 
