@@ -15,7 +15,7 @@ Sans-IO: time is an argument (seconds, any monotonic clock), bytes go in and out
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import defaultdict, deque
 
 from turtlewire.errors import NoReplyError, UsageError
 from turtlewire.protocols.simple.codec import encode, layouts
@@ -93,7 +93,7 @@ class Host:
         self._retries = retries
         self._boot_s = boot_s
         self._heartbeat_s = heartbeat_s
-        self._channels: dict[str, Channel] = {}
+        self._channels: dict[str, Channel] = defaultdict(Channel)
         self._unsent: dict[str, None] = {}  # channels to send, in order
         self._stops: list[Order] = []
         self._flights: deque[Flight] = deque()
@@ -120,8 +120,6 @@ class Host:
         """The link was opened: get in step (S7), with patience while the robot boots. Set-points wait until then."""
         self._boot_until = now + self._boot_s
         self._line.touch(now)
-        self._give_back()
-        self._knowledge.begin(RobotState())
         self._resynchronise(now)
 
     def submit(self, command: SimpleCommand, tag: object = None) -> None:
@@ -134,21 +132,16 @@ class Host:
         if type(command) not in self._known:
             raise UsageError(f"{command.name()} is an extension that this host was not told of")
         order = Order(command, encode(command), tag)
-        if isinstance(command, Stop):
+        if not command.CHANNEL:
             self._stop(order)
         elif self.dead:
             raise NoReplyError(f"{command.name()} was not sent: the robot does not answer. Connect again")
         else:
-            self._want(order)
-
-    def _want(self, order: Order) -> None:
-        name = order.command.CHANNEL
-        channel = self._channels.get(name)
-        if channel is None:
-            channel = self._channels[name] = Channel()
-        self._drop(channel)
-        channel.wanted = order
-        self._unsent[name] = None  # one that is there keeps its place
+            channel = self._channels[command.CHANNEL]
+            if channel.wanted is not None and not channel.wanted.told:
+                self._drop(channel)
+            channel.wanted = order
+            self._unsent[command.CHANNEL] = None  # one that is there keeps its place
 
     def _stop(self, order: Order) -> None:
         self._cancel()
@@ -167,7 +160,7 @@ class Host:
     def _drop(self, channel: Channel) -> None:
         """Forget what is wanted of a channel. If it is under way, its reply will tell what became of it."""
         order, channel.wanted = channel.wanted, None
-        if order and not order.told and not any(order in flight.orders for flight in self._flights):
+        if order and not any(order in flight.orders for flight in self._flights):
             self._supersede(order)
 
     def _supersede(self, order: Order) -> None:
@@ -181,10 +174,8 @@ class Host:
         The 14 bytes stop it even if nothing can be sent or received after them (section 4).
         """
         self._cancel()
-        self._give_back()
         self._urgent = EMERGENCY_STOP
         self._line.sent(EMERGENCY_STOP, now)
-        self._knowledge.begin(RobotState())
         self._resynchronise(now)
 
     def link_lost(self, now: float) -> list[Event]:  # noqa: ARG002 - as the hosts of all protocols
@@ -222,6 +213,8 @@ class Host:
 
     def data_to_send(self, now: float) -> bytes:
         """Bytes to send now; call it again after every event and at ``next_timeout``."""
+        if not (self._unsent or self._stops or self._way_back or self._heartbeat_s):
+            return b""
         if self.dead and self._stops:
             self._resynchronise(now)
         if self._way_back is not None:
@@ -266,8 +259,9 @@ class Host:
 
     def receive_data(self, data: bytes, now: float) -> list[Event]:
         """Take bytes from the robot; return what they mean, in order."""
-        for byte in data:
+        if data:
             self._line.touch(now)
+        for byte in data:
             if byte == _ACCEPTED and self._flights:
                 self._accepted(self._flights.popleft(), now)
             elif byte in (_ACCEPTED, _REJECTED):
@@ -309,13 +303,10 @@ class Host:
     def _out_of_step(self, reason: str, now: float) -> None:
         """S8: what is under way is unknown. Wanted set-points are sent again when the way back is done."""
         self._events.append(OutOfStep(reason, self.under_way))
-        # Not even what was accepted is certain: a byte too many is noticed one or two commands later.
-        self._knowledge.begin(RobotState())
         for flight in self._flights:
             for channel in self._channels.values():
                 if channel.wanted is not None and channel.wanted in flight.orders:
                     self._count_loss(channel)
-        self._give_back()
         self._resynchronise(now)
 
     def _count_loss(self, channel: Channel) -> None:
@@ -344,6 +335,9 @@ class Host:
     # ------------------------------------------------------------------ in step or not
 
     def _resynchronise(self, now: float) -> None:
+        self._give_back()
+        # Not even what was accepted is certain: a byte too many is noticed one or two commands later.
+        self._knowledge.begin(RobotState())
         self.in_step = self.dead = False
         self.resynchronisations += 1
         self._way_back = Resynchronisation(
@@ -379,7 +373,8 @@ class Host:
         self.in_step, self.dead = False, True
         self._knowledge.begin(RobotState())
         # A set-point from before must not move a robot that comes back.
-        self._channels, self._unsent, self._stops, self._lost = {}, {}, [], []
+        self._channels.clear()
+        self._unsent, self._stops, self._lost = {}, [], []
 
     # ------------------------------------------------------------------ time
 
@@ -389,7 +384,7 @@ class Host:
             return -math.inf
         if self._way_back is not None:
             return self._way_back.next_timeout()
-        return min(self._due, self._heartbeat_at())
+        return self._due if self._heartbeat_s is None else min(self._due, self._heartbeat_at())
 
     def timed_out(self, now: float) -> list[Event]:
         """Act on the time. Call ``data_to_send`` afterwards."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
+
+import msgspec
 
 from turtlewire.protocols.simple.events import RobotState
 
@@ -13,16 +15,13 @@ if TYPE_CHECKING:
     from turtlewire.protocols.simple.messages import SimpleCommand
 
 
-class Order:
+class Order(msgspec.Struct, eq=False):
     """A command as it was submitted, and its bytes. ``told``: its end has been reported."""
 
-    __slots__ = ("command", "data", "tag", "told")
-
-    def __init__(self, command: SimpleCommand, data: bytes, tag: object) -> None:
-        self.command = command
-        self.data = data
-        self.tag = tag
-        self.told = False
+    command: SimpleCommand
+    data: bytes
+    tag: object
+    told: bool = False
 
 
 class Channel:
@@ -36,8 +35,8 @@ class Channel:
         self.sent_at = -math.inf
 
 
-class Flight(NamedTuple):
-    """A command that has been sent and not been answered, and the orders that it carries out."""
+class Flight(msgspec.Struct, eq=False):
+    """A command that has been sent and not been answered, the orders that it carries out, and when it must be."""
 
     command: SimpleCommand
     orders: list[Order]

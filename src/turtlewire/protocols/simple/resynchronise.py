@@ -50,7 +50,7 @@ class Line:
     def sent(self, data: bytes, now: float) -> float:
         """Bytes are handed over now. Returns the time by which the reply to them must be there."""
         self._free_at = max(self._free_at, now) + len(data) * self._byte_s
-        return self.reply_due(self._free_at)
+        return self._free_at + self._reply_s
 
     def reply_due(self, start: float) -> float:
         """By when the robot must have answered what it has completely received at ``start``."""
