@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.examination import of_frame, of_simple, of_walter
 from turtlewire.examination.findings import AtRate, Findings, FrameFacts
-from turtlewire.examination.listening import FEW_BYTES, PAUSE_S, followed, is_text, unasked
+from turtlewire.examination.listening import (
+    FEW_BYTES,
+    PAUSE_S,
+    Worth,
+    followed,
+    is_proof,
+    is_text,
+    unasked,
+)
 from turtlewire.examination.probes import FLUSH, byte_s, logo_probe, pause_s
 from turtlewire.examination.steps import Exchange, Heard, Plan, Tell, Tune
 
@@ -66,6 +74,7 @@ class _Examiner:
         self._first_s: float | None = None
         self._first_said_s: float | None = None
         self._strange = ""
+        self._worth = Worth()
         self._text_baud: int | None = None
         # What came in at the rate that is being tried.
         self._said = self._answers = b""
@@ -195,22 +204,26 @@ class _Examiner:
         if is_text(self._said):
             # Whatever else is there has the same rate.
             self._bauds, self._text_baud = (baud,), baud
+            self._worth = Worth(is_sure=True, is_text=True)
             self._strange = f"something writes text{_at_rate(baud)}: {_excerpt(self._said)}"
             return None
         best = identification.best
-        if not identification.is_sure:
-            return None
-        found = None
-        if best.protocol == "frame" and "frame" in self._wanted.protocols:
+        if is_proof(identification) and "frame" in self._wanted.protocols:
             found = yield from of_frame.recognised(baud, best, self._said, self._wanted.dialects)
             is_heard = isinstance(found.facts, FrameFacts) and found.facts.dialect
-            found = found if is_heard or best.sender != "host" else None
-        if found is None and best.sender == "host":
-            raise _OverError(
+            if is_heard or best.sender != "host":
+                return found
+        worth = Worth.of(self._said, identification)
+        if identification.is_sure and best.sender == "host" and worth > self._worth:
+            # At a wrong rate it may look so, too: only if nothing else is found, that is what it is.
+            self._worth = worth
+            self._strange = (
                 f"what talks there{_at_rate(baud)} is a host that speaks {best.protocol}, and no robot: is this the "
                 "other end of somebody's line?"
             )
-        return found
+            if is_proof(identification):
+                raise _OverError(self._strange)
+        return None
 
     def _heard(self, heard: Heard) -> None:
         if heard.data and self._first_s is None:

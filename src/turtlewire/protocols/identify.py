@@ -54,10 +54,15 @@ class Verdict(NamedTuple):
 
 
 class Identification(NamedTuple):
-    """All explanations, the likeliest first; of how many bytes."""
+    """All explanations, the likeliest first; of how many bytes.
+
+    ``gained_bits``: how much shorter the bytes are written by the likeliest protocol than without any: 1.0 is twice as
+    likely. It tells which of several identifications understood most: the same line, heard at different rates.
+    """
 
     verdicts: tuple[Verdict, ...]
     size: int
+    gained_bits: float
 
     @property
     def best(self) -> Verdict:
@@ -98,7 +103,8 @@ def identify(data: bytes) -> Identification:
         Verdict(e.protocol, e.sender, e.settings, weight / sum(weights), _compared(e, rival_bits, rival))
         for e, weight in zip(explanations, weights, strict=True)
     ]
-    return Identification(tuple(verdicts), len(data))
+    gained_bits = max(rival_bits - e.bits for e in explanations if e.protocol != NONE)
+    return Identification(tuple(verdicts), len(data), gained_bits)
 
 
 def _no_reasons(data: bytes, rival: str) -> tuple[str, ...]:

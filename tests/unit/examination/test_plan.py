@@ -12,6 +12,7 @@ from tests.unit.examination.wires import Echo, Line, Talker
 from turtlewire.errors import LinkClosedError
 from turtlewire.examination import BAUDS, Findings, Listening, Wanted, examination
 from turtlewire.examination.findings import CarFacts, FrameFacts, WalterFacts
+from turtlewire.examination.listening import is_text
 from turtlewire.examination.probes import FLUSH, LOGO_PROBE, MILD_PROBE, logo_probe, pause_s
 from turtlewire.examination.steps import Exchange, Heard, Tell, Tune, WayOut
 from turtlewire.links.uart import RECEIVERS, Receiver
@@ -89,6 +90,7 @@ def test_a_walter(baud: int, receiver: Receiver) -> None:
     # QP and QH by turns: 3 bytes there, 4 or 5 back.
     assert found.round_trip.median_s == pytest.approx(7.5 * 10 / baud)
     assert actions == []
+    assert (baud, m.ATTENTION) in line.sent
     assert line.sent[-1] == (baud, m.EMERGENCY_STOP)
     assert (robot.mode, robot.is_moving) == (Mode.DIRECT, False)
 
@@ -279,8 +281,16 @@ def test_a_host() -> None:
     says = b"".join(map(encode, (m.Forward(200), m.Right(90), m.QueryHeading(), m.Back(7), m.QueryX())))
     found = examined(Line(Talker(says), 9600))
     assert found.protocol == ""
-    assert "is a host that speaks walter" in found.strange
-    assert found.bytes_sent == 0
+    assert "what talks there at 9600 baud is a host that speaks walter" in found.strange
+
+
+def test_a_host_of_frame() -> None:
+    encoder = FrameEncoder(DIALECTS["0.1"])
+    moves = [DIALECTS["0.1"].parse(f"engine_forward {n % 2} {n}") for n in range(40)]
+    found = examined(Line(Talker(b"".join(encoder.encode([move])[0] for move in moves)), 115200))
+    assert found.protocol == ""
+    # At other rates it looks like other things.
+    assert "what talks there at 115200 baud is a host that speaks frame" in found.strange
 
 
 def test_noise_is_nothing() -> None:
@@ -460,6 +470,32 @@ def test_listening_finds_the_rate_of_what_talks(baud: int) -> None:
     assert listening.baud == baud
     assert len(listening.data) > 32
     assert line.sent == []
+
+
+@every_rate
+def test_what_is_repeated_is_not_mistaken_at_another_rate(baud: int) -> None:
+    # At wrong rates this is a pattern that repeats itself: it looks like text, or like the keys of a WALTER.
+    encoder = FrameEncoder(DIALECTS["0.1"])
+    moves = [DIALECTS["0.1"].parse(f"engine_forward {n % 2} {n}") for n in range(40)]
+    line = Line(Talker(b"".join(encoder.encode([move])[0] for move in moves), every_s=0.3), baud)
+    listening = Listening(BAUDS, 60.0)
+    line.examine(listening.plan())
+    assert listening.baud == baud
+
+
+@pytest.mark.parametrize(
+    ("data", "is_so"),
+    [
+        (b"temperature 21.5 degrees\r\n", True),
+        (b"a short line\r\n", False),
+        (b'\t$"\t 1' * 10, False),
+        (b"xxxxxxxxxx" * 10, False),
+        (b"temperature 21.5 degrees\x00\r\n", False),
+        (b"[+] {a:1} <b|c> (d;e) -- == ** ##", False),
+    ],
+)
+def test_text(data: bytes, is_so: bool) -> None:
+    assert is_text(data) == is_so
 
 
 def test_listening_ends_when_the_time_is_up_and_prefers_text() -> None:
