@@ -135,6 +135,17 @@ def test_reckoning_after_a_stop() -> None:
     assert where.reckoned((Target(Pose(0.0, 10.0, 350.0), pen_down=True), 0.5)).heading_deg == 355.0
 
 
+def test_reckoning_after_a_stop_on_the_way_home_and_there() -> None:
+    """C 0 promises no heading: what is known of it is the last one."""
+    home = Target(Pose(0.0, 0.0, ANY_HEADING), pen_down=True)
+    where = account(Pose(0.0, 40.0, 90.0))
+    assert where.reckoned((home, 0.5)) == Pose(0.0, 20.0, 90.0)
+    where.done(home)
+    assert where.reckoned(None) == Pose(0.0, 0.0, 90.0)
+    turned = Target(Pose(0.0, 0.0, 0.0), pen_down=True)
+    assert where.reckoned((turned, 0.5)) == Pose(0.0, 0.0, 45.0)
+
+
 def test_a_place_keeps_what_is_finer_than_the_robot_can_tell() -> None:
     where = account(A)
     where.position.exact = Pose(0.2, 10.1, 0.4)

@@ -177,14 +177,15 @@ class Whereabouts:
 
     def reckoned(self, interrupted: tuple[object, float] | None) -> Pose:
         """Where a robot that answers nothing was when it was cut off, its last command and the part done of it."""
-        before = self.confirmed.pose
+        before = self.last_known
         if interrupted is None or not isinstance(interrupted[0], Target):
             return before
         after, part = interrupted[0].pose, interrupted[1]
+        turn = 0.0 if math.isnan(after.heading_deg) else wrapped(after.heading_deg - before.heading_deg)
         return Pose(
             before.x_mm + part * (after.x_mm - before.x_mm),
             before.y_mm + part * (after.y_mm - before.y_mm),
-            round(before.heading_deg + part * wrapped(after.heading_deg - before.heading_deg)) % 360.0,
+            round(before.heading_deg + part * turn) % 360.0,
         )
 
     def cut_off(self, tags: tuple[object, ...], pose: Pose) -> None:
