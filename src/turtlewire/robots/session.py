@@ -139,6 +139,11 @@ class Session(Generic[EventT]):
         return self._reconnecting.state if self._reconnecting is not None else "connected"
 
     @property
+    def is_connected(self) -> bool:
+        """Whether a robot at this link may be moved."""
+        return not self._is_broken and (self._reconnecting is None or self._reconnecting.state == "connected")
+
+    @property
     def is_over(self) -> bool:
         """Whether nothing moves over this link, for good or for now, and somebody has been told so."""
         return self.state != "connected" and self.is_told
@@ -223,7 +228,7 @@ class Session(Generic[EventT]):
 
     def check(self) -> None:
         """Before anything that moves the robot. Raises ``LinkLostError`` until that is allowed again, or for good."""
-        if self._is_broken or self.state != "connected":
+        if not self.is_connected:
             raise self.error()
 
     def error(self) -> LinkError:
@@ -310,24 +315,23 @@ class Session(Generic[EventT]):
         try:
             urgent = host.urgent_to_send()
             if urgent:
-                self._count(len(urgent), now)
+                self.bytes_sent += len(urgent)
+                self.free_at = max(self.free_at, now) + len(urgent) * self._byte_s
                 link.write_urgent(urgent)
             if self._is_broken:
                 raise _BrokenError
             data = host.data_to_send(now)
             if data:
-                self._count(len(data), now)
+                takes_s = len(data) * self._byte_s
+                self.bytes_sent += len(data)
+                self.free_at = max(self.free_at, now) + takes_s
                 if self.sent_at is None:
-                    self.sent_at, self.arrived_at = now, now + len(data) * self._byte_s
+                    self.sent_at, self.arrived_at = now, now + takes_s
                 link.write(data)
         except LinkClosedError as error:
             raise self._broke(error) from None
         if host.next_timeout() < self._sleeps_until:
             link.wake()
-
-    def _count(self, size: int, now: float) -> None:
-        self.bytes_sent += size
-        self.free_at = max(self.free_at, now) + size * self._byte_s
 
     def _received(self, data: bytes) -> None:
         """Bytes came, by themselves."""
