@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from turtlewire.errors import TurtlewireError
     from turtlewire.links.link import Link
-    from turtlewire.robots.reconnecting import LinkState
     from turtlewire.turtle import Pose
 
 EventT = TypeVar("EventT")
@@ -132,18 +131,6 @@ class TimedMotions(ABC, Generic[EventT]):
             self.account.place(middle._replace(heading_deg=last.heading_deg))
         self.account.settle()
         self._lost = None
-
-    @property
-    def link_state(self) -> LinkState:
-        """How the link is: connected, or, after it was lost, reconnecting, stopped (until ``resume``) or closed."""
-        return self._session.state
-
-    async def reconnected(self, timeout_s: float | None = None) -> None:
-        """Wait until a robot whose link was lost is reached again, and stopped; not at all if it was not lost.
-
-        Raises ``LinkLostError`` after a timeout, in seconds, ``LinkClosedError`` when it was given up or closed.
-        """
-        await self._session.reached(timeout_s)
 
     async def resume(self) -> None:
         """Let motion go on after the link was lost and the robot was reached again; nothing to do otherwise.

@@ -10,7 +10,8 @@ from turtlewire.errors import LimitReachedError, NotSupportedError, PoseUncertai
 from turtlewire.protocols.frame.codec import FrameEncoder
 from turtlewire.protocols.frame.host import Host, stop_bytes
 from turtlewire.protocols.frame.message import FrameMessage
-from turtlewire.robots.timed.driver import AsyncTimedRobot, check_hold, check_valid_s
+from turtlewire.robots.checks import check_hold, check_valid_s
+from turtlewire.robots.timed.driver import AsyncTimedRobot
 from turtlewire.robots.two_engine.odometry import Odometer, Travel
 from turtlewire.robots.two_engine.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.two_engine.wheels import EngineWheels, Told, field_values, motion, wheels

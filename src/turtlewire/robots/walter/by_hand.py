@@ -10,7 +10,6 @@ The protocol has no questions in direct control: where the robot gets is reckone
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from turtlewire.drive import checked
@@ -34,7 +33,7 @@ from turtlewire.protocols.walter.messages import (
     TurnFaster,
     TurnSlower,
 )
-from turtlewire.robots.timed.driver import check_hold
+from turtlewire.robots.checks import check_hold, check_valid_s
 from turtlewire.robots.timed.reckoning import STILL, Motion, Reckoning
 
 if TYPE_CHECKING:
@@ -119,8 +118,7 @@ class ByHand:
         """
         checked("speed", speed)
         checked("turn", turn)
-        if valid_s is not None and not 0.0 < valid_s < math.inf:
-            raise MessageError(f"valid_s is {valid_s}, but must be above 0 seconds, or None")
+        check_valid_s(valid_s)
         await self._send(lambda: self._missing(_keys(speed, turn)))
         if valid_s is None:
             self._wire.session.clear_alarm()

@@ -14,7 +14,6 @@ from turtlewire.errors import (
     LimitReachedError,
     LinkClosedError,
     LinkError,
-    LinkLostError,
     NoReplyError,
     PoseUncertainError,
     StoppedError,
@@ -320,14 +319,9 @@ class Connection:
     # ------------------------------------------------------------------ stopping
 
     def stop(self) -> None:
-        """W8: stop at once, ahead of everything, and forget every motion not yet done.
-
-        A robot that cannot be reached now is stopped when it is.
-        """
-        if self.session.state != "reconnecting":
-            self.halt()
-            with contextlib.suppress(LinkLostError):
-                self.session.flush()
+        """W8: stop at once, ahead of everything, and forget every motion not yet done. Raises ``LinkError``."""
+        self.halt()
+        self.session.flush()
 
     def halt(self) -> None:
         """``stop``, as soon as something is sent: keys of direct control may go out with it."""
