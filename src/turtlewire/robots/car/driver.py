@@ -24,7 +24,8 @@ from turtlewire.robots.calibration import FULL_PWM
 from turtlewire.robots.car.motions import motions
 from turtlewire.robots.car.settings import DEFAULTS, Settings, Statistics
 from turtlewire.robots.car.turning import Turning
-from turtlewire.robots.timed.driver import AsyncTimedRobot, check, check_hold, check_valid_s
+from turtlewire.robots.checks import check, check_hold, check_valid_s
+from turtlewire.robots.timed.driver import AsyncTimedRobot
 from turtlewire.trace import Paper
 
 if TYPE_CHECKING:
