@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from struct import Struct
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,6 +41,7 @@ class Layout(NamedTuple):
     allowed: tuple[bytes, ...] | None
 
 
+@lru_cache(maxsize=32)
 def layouts(dialect: Dialect, direction: str) -> list[Layout | None]:
     """What a decoder looks up by the type byte."""
     table: list[Layout | None] = [None] * 256
