@@ -105,6 +105,11 @@ def test_what_people_are_told(cli: Cli, file: Path) -> None:
         "    19200 baud  walter\n",
         f"written to {file}\n",
     )
+    # From now on it is tried at this rate first.
+    for port in ("elsie", f"serial://{simulator.url}?baud=19200"):
+        code, told = examined(cli, port)
+        assert code == 0
+        assert [at["baud"] for at in told["findings"]["rates"]] == [19200]
 
 
 # ---------------------------------------------------------------- not found
@@ -280,7 +285,9 @@ def test_asked_at_a_terminal(
         assert not file.exists()
 
 
-@pytest.mark.parametrize(("answer", "is_written"), [("y\r", True), ("n\r", False), ("\x04", False)])
+@pytest.mark.parametrize(
+    ("answer", "is_written"), [("y\r", True), ("n\r", False), ("\x04", False), ("", False)]
+)
 def test_asked_whether_to_write(
     tmp_path: Path, file: Path, terminal: Callable[..., Terminal], answer: str, is_written: bool
 ) -> None:
@@ -294,6 +301,9 @@ def test_asked_whether_to_write(
         stderr=screen.far,
     )
     screen.wait_for("[y/N]")
-    screen.press(answer)
-    assert process.wait(DEADLINE_S) == 0
+    if answer:
+        screen.press(answer)
+    else:
+        process.send_signal(signal.SIGINT)
+    assert process.wait(DEADLINE_S) == (0 if answer else 130)
     assert file.exists() == is_written

@@ -62,7 +62,7 @@ def believed(findings: Findings) -> Iterator[str]:
     if findings.strange:
         yield _line("rate", findings.strange)
     elif findings.baud is not None:
-        yield _line("rate", "the usual one, or the first that you gave (--baud N)")
+        yield _line("rate", "nothing has confirmed that either; --baud N says another")
 
 
 def nothing(findings: Findings, port: str, command: str) -> Iterator[str]:
