@@ -71,6 +71,7 @@ class Reckoning:
         self._motion = STILL
         self._since = -math.inf
         self._is_drawn = True
+        self._course = 0.0  # of the last line that was drawn: above 0 ahead, below 0 back; 0: whatever comes is another
 
     # ------------------------------------------------------------------ the robot
 
@@ -92,6 +93,7 @@ class Reckoning:
     def end(self, now: float) -> None:
         """The robot stands still from now on."""
         self.begin(STILL, now)
+        self._course = 0.0
 
     def at(self, now: float) -> Pose:
         """Where the robot is at a time, by reckoning, if it goes on as it does."""
@@ -105,6 +107,7 @@ class Reckoning:
     def place(self, pose: Pose) -> None:
         """The robot is here, as something better than reckoning tells."""
         self._draw(pose)
+        self._course = 0.0
 
     def _elapsed(self, now: float) -> float:
         return max(0.0, now - self._since) if self.is_moving else 0.0
@@ -119,20 +122,25 @@ class Reckoning:
     def _go_on(self, seconds: float) -> None:
         motion, start = self._motion, self._robot
         length_mm, turn_deg = motion.speed_mm_per_s * seconds, motion.turn_deg_per_s * seconds
+        self.distance_mm += abs(length_mm)
+        self.rolled_mm += length_mm
         if turn_deg:
             pieces = math.ceil(abs(turn_deg) / INK_DEG)
             for piece in range(1, pieces):
                 self._draw(motion.after(start, seconds * piece / pieces))
+            self._draw(motion.after(start, seconds))
             self._owed_deg -= turn_deg
             self.rotated_deg += turn_deg
-        self._draw(motion.after(start, seconds))
-        self.distance_mm += abs(length_mm)
-        self.rolled_mm += length_mm
+            self._course = 0.0
+        elif length_mm:
+            # Whoever drives straight on by hand, for hours, is to leave one line.
+            self._draw(motion.after(start, seconds), goes_on=length_mm * self._course > 0.0)
+            self._course = length_mm
 
-    def _draw(self, pose: Pose) -> None:
+    def _draw(self, pose: Pose, *, goes_on: bool = False) -> None:
         self._robot = pose
         if self._is_drawn:
-            self.trace.move(pose, pen_down=self.pen_down)
+            self.trace.move(pose, pen_down=self.pen_down, goes_on=goes_on)
 
     # ------------------------------------------------------------------ the exact turtle
 
