@@ -36,6 +36,7 @@ class Connection(asyncio.Protocol):
     Attributes:
         transport: what bytes are written to; None: not open yet.
         fileno: of a serial port.
+        straight: where bytes can be written at once, ahead of the transport: nothing waits there; None: they cannot.
         receive: who takes bytes as they come; None: they are kept.
         received: bytes that nobody has taken yet.
         ended: how it came to its end, for people; None: it has not.
@@ -47,6 +48,7 @@ class Connection(asyncio.Protocol):
         self.url = url
         self.transport: asyncio.Transport | None = None
         self.fileno: int | None = None
+        self.straight: int | None = None
         self.receive: Callable[[bytes], None] | None = None
         self.received = bytearray()
         self.ended: str | None = None
@@ -75,6 +77,7 @@ class Connection(asyncio.Protocol):
 
     def end(self, exc: Exception | None) -> str:
         """It came to its end; why, for people."""
+        self.straight = None
         if self.ended is None:
             self.ended = ENDED.format(url=self.url, reason=f": {exc}" if exc else "")
         return self.ended
@@ -83,7 +86,7 @@ class Connection(asyncio.Protocol):
 
     def read_from(self, fileno: int) -> None:
         """Read the port itself from now on, whenever there is something."""
-        self.fileno = fileno
+        self.fileno = self.straight = fileno
         asyncio.get_running_loop().add_reader(fileno, self._readable)
 
     def _readable(self) -> None:
@@ -100,7 +103,10 @@ class Connection(asyncio.Protocol):
             self.something.set()
             self.transport.abort()
             return
-        self.data_received(data)
+        if self.receive is not None:
+            self.receive(data)
+        else:
+            self.data_received(data)
 
     @property
     def is_open(self) -> bool:
@@ -109,17 +115,19 @@ class Connection(asyncio.Protocol):
 
     def write(self, data: bytes) -> None:
         """Write bytes behind those that wait, if any do."""
-        transport = self.transport
-        assert transport is not None
-        if self.fileno is not None and self.is_open and not transport.get_write_buffer_size():
+        if self.straight is not None:
             try:
-                sent = os.write(self.fileno, data)
+                sent = os.write(self.straight, data)
             except OSError:
                 sent = 0  # the transport tries again, and sees to it
             if sent == len(data):
                 return
             data = data[sent:]
-        transport.write(data)
+            self.straight = None
+        assert self.transport is not None
+        self.transport.write(data)
+        if self.fileno is not None and self.is_open and not self.transport.get_write_buffer_size():
+            self.straight = self.fileno
 
 
 class StreamLink(Link):
