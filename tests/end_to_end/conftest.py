@@ -264,13 +264,13 @@ def wire() -> Iterator[Callable[[Callable[[bytes], bytes]], Wire]]:
 
 @pytest.fixture
 def terminal() -> Iterator[Callable[..., Terminal]]:
-    """Makes terminals of so many columns, and rows."""
+    """Makes terminals: see ``Terminal``."""
     from .terminal import Terminal
 
     terminals: list[Terminal] = []
 
-    def make(columns: int, rows: int = 24) -> Terminal:
-        terminals.append(Terminal(columns, rows))
+    def make(columns: int, rows: int = 24, *, tells_releases: bool = False) -> Terminal:
+        terminals.append(Terminal(columns, rows, tells_releases=tells_releases))
         return terminals[-1]
 
     yield make

@@ -32,13 +32,17 @@ LOGIN = (
 )
 # What pyte does not know, and would print: questions and modes of the kitty keyboard protocol.
 UNKNOWN = re.compile(rb"\x1b\[[=<>?][\d;]*u|\x1b\[\?\d+\$p")
+QUESTION = b"\x1b[?u"
 UNFINISHED = re.compile(rb"\x1b(\[[\d;=<>?]*\$?)?\Z")
 
 
 class Terminal:
-    """A terminal of a certain size, and what was sent to it."""
+    """A terminal of a certain size, and what was sent to it.
 
-    def __init__(self, columns: int, rows: int = 24) -> None:
+    With ``tells_releases`` it knows the kitty keyboard protocol: it says so, and answers as long as it takes anything.
+    """
+
+    def __init__(self, columns: int, rows: int = 24, *, tells_releases: bool = False) -> None:
         self._near, self.far = pty.openpty()
         self._screen = pyte.HistoryScreen(columns, rows, history=10_000)
         self._stream = pyte.ByteStream(self._screen)
@@ -46,6 +50,7 @@ class Terminal:
         self._lock = threading.Lock()
         self._takes = threading.Event()
         self._takes.set()
+        self._answer = b"\x1b[?27u" if tells_releases else b""
         self._woken, self._wake = os.pipe()
         self.resize(columns, rows)
         self._thread = threading.Thread(target=self._read, daemon=True)
@@ -73,6 +78,8 @@ class Terminal:
             with self._lock:
                 self._received += piece
                 self._stream.feed(UNKNOWN.sub(b"", data[:end]))
+            if self._answer and QUESTION in data[:end]:
+                os.write(self._near, self._answer)
             data = data[end:]
             self._takes.wait()
 
@@ -92,7 +99,7 @@ class Terminal:
     def shown(self) -> str:
         """What stands on the screen now."""
         with self._lock:
-            return "\n".join(self._screen.display)
+            return "\n".join(self._screen.display).replace("\u00a0", " ")
 
     def wait_for(self, text: str) -> None:
         """Until this stands on the screen."""
@@ -120,19 +127,22 @@ class Terminal:
         os.write(self._near, keys.encode())
 
     @contextlib.contextmanager
-    def holding(self, key: str, *, repeated: str | None = None) -> Iterator[None]:
-        """Hold a key: it is sent, and again and again until this is left."""
+    def holding(self, key: str) -> Iterator[list[str]]:
+        """Hold a key: it is sent, and again and again until this is left. Gives what was sent so far."""
         released = threading.Event()
+        sent = [key]
 
         def repeat() -> None:
-            self.press(key)
             while not released.wait(REPEAT_S):
-                self.press(key if repeated is None else repeated)
+                with contextlib.suppress(OSError):  # the window was closed meanwhile
+                    self.press(key)
+                    sent.append(key)
 
+        self.press(key)
         thread = threading.Thread(target=repeat, daemon=True)
         thread.start()
         try:
-            yield
+            yield sent
         finally:
             released.set()
             thread.join(DEADLINE_S)

@@ -94,7 +94,7 @@ class Dashboard(App[None], inherit_bindings=False):
     #side { width: 30; padding: 0 1; border-left: solid $panel-lighten-2; }
     #ground, #side, #wire { text-wrap: nowrap; text-overflow: ellipsis; }
     #wire { height: 30%; min-height: 4; padding: 0 1; border-top: solid $panel-lighten-2; }
-    #notices { height: auto; min-height: 2; max-height: 5; padding: 0 1; background: $panel; }
+    #notices { height: auto; min-height: 2; max-height: 4; padding: 0 1; background: $panel; }
     #keys { height: 2; padding: 0 1; }
     """
 

@@ -42,7 +42,6 @@ class Path:
 
     def __init__(self) -> None:
         self.legs: list[Leg] = []
-        self._pen_down = True
         self._least_mm = LEAST_MM
 
     def move(self, pose: Pose, *, pen_down: bool) -> None:
@@ -54,8 +53,8 @@ class Path:
             self.legs.append(Leg(pen_down, [self.legs[-1].points[-1], here]))
         elif math.dist(here, self.legs[-1].points[-1]) >= self._least_mm:
             self.legs[-1].points.append(here)
-            if sum(len(leg.points) for leg in self.legs) > MAX_POINTS:
-                self._thin()
+        if sum(len(leg.points) for leg in self.legs) > MAX_POINTS:
+            self._thin()
 
     def jump(self, pose: Pose) -> None:
         """It is here, and has not come by a way that is known: no line leads here."""

@@ -177,6 +177,8 @@ class Helm:
                     await self._robot.stop()
                     async with asyncio.timeout(SILENCE_S):
                         await self._robot.horn("off")
+                        if self._walter is not None:
+                            await self._walter.finish()
         finally:
             await self._robot.close(finish=False)
             self._look()
@@ -207,11 +209,6 @@ class Helm:
             wish = self._wish
             try:
                 goes_on = await self._next(wish)
-            except StoppedError:
-                self._stands()
-            except LinkClosedError as error:
-                self.failure = error
-                self._tell(str(error), "error")
             except TurtlewireError as error:
                 self._trouble(error, wish)
             else:
@@ -235,7 +232,7 @@ class Helm:
             self._is_driven, self._carried_out = True, wish
             valid_s = min(wish.until - now, LATCHED_S) + MARGIN_S
             await self._robot.drive(wish.speed, wish.turn, valid_s=valid_s)
-        elif not self._is_sure and now >= self._stood_s + SURE_S:
+        elif not (self._is_driven or self._is_sure) and now >= self._stood_s + SURE_S:
             self._is_sure = True
             await self._halt_again()
         elif not self._is_driven and now >= self._check_due():
@@ -278,7 +275,7 @@ class Helm:
 
     def _check_due(self) -> float:
         """When to see whether the robot is still there, and where."""
-        if self._walter is not None and self._checked_s < self._stood_s:
+        if self._walter is not None and -math.inf < self._checked_s < self._stood_s:
             return self._stood_s + ASK_S
         return self._checked_s + CHECK_S
 
@@ -294,10 +291,9 @@ class Helm:
         wish = self._wish
         try:
             self._sight.told(await robot.reported_pose())
-        except StoppedError:
-            pass
         except TurtlewireError as error:
             self._trouble(error, wish)
+            self._wake.set()
 
     async def _end_asking(self) -> None:
         task, self._asking = self._asking, None
@@ -341,7 +337,8 @@ class Helm:
         if self._walter is not None and order.action in keys and (moves_pen or self._is_driven):
             await self._walter.press(keys[order.action]())
             if not self._is_driven:
-                self._stands()
+                self._stands()  # in direct control now
+                self._is_sure = True
 
     async def _sound(self, *, on: bool) -> None:
         if on == self._horn:
@@ -353,10 +350,13 @@ class Helm:
 
     async def _make_way(self) -> None:
         """For its lamp and its horn WALTER leaves direct control, and so stops; it goes on with the next key."""
-        if self._walter is not None and self._is_driven:
+        if self._walter is None:
+            return
+        if self._is_driven:
             await self._halt()
             self._stands()
             self.refused = self._wish.number
+        self._is_sure = True  # one more stop would make it forget what it is to do
 
     def _has(self, feature: str, name: str) -> bool:
         if feature in self.features:
@@ -369,6 +369,8 @@ class Helm:
     def _trouble(self, error: TurtlewireError, wish: Wish) -> None:
         """Whatever it is, the robot stands; what was wished meanwhile has to be wished for anew."""
         self._stands()
+        if isinstance(error, StoppedError):  # by ourselves
+            return
         self._is_sure = True
         self.refused = wish.number
         self._carried_out = None
@@ -379,8 +381,10 @@ class Helm:
                 f"The robot stands; drive it {way}",
                 "warning",
             )
-        elif not isinstance(error, LinkLostError):
+        elif not isinstance(error, LinkLostError):  # that is seen anyway
             self._tell(str(error), "error")
+        if isinstance(error, LinkClosedError):
+            self.failure = error
 
     def _warn(self, text: str) -> None:
         self._tell(text, "warning")
@@ -395,4 +399,7 @@ class Helm:
     async def _keep_looking(self) -> None:
         while True:
             self._look()
+            if self.view.link == "closed" and self.failure is None:
+                self._checked_s = -math.inf  # which tells why
+                self._wake.set()
             await asyncio.sleep(LOOK_S)

@@ -74,10 +74,11 @@ class Holding:
             del self._refused[key]
         if now >= self._until:
             self._held.clear()
-        if key in self._held and (key == self._newest or self.sees_releases):
+        knows_all = self.sees_releases and not self._latched
+        if key in self._held and (key == self._newest or knows_all):
             self.repeat(key, now)
             return
-        if self._latched or not self.sees_releases:
+        if not knows_all:
             is_arc = axis is Axis.TURN and self._combines
             self._held = {k: v for k, v in self._held.items() if is_arc and v[0] is Axis.SPEED}
         self._held.pop(key, None)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 TELL_EVENTS = "\x1b[=2;2u"
 ASK = "\x1b[?u"
 EVENTS_FLAG = 2
+ESCAPE = "\x1b"
 _KEY = re.compile(
     r"\x1b\[(?P<code>\d*)(?P<others>[\d:]*)(?:;(?P<modifiers>\d*)(?::(?P<event>\d))?)?"
     r"(?P<text>;[\d:]*)?(?P<end>[u~ABCDEFHPQRS])"
@@ -26,6 +27,8 @@ _KEY = re.compile(
 _ANSWER = re.compile(r"\x1b\[\?(?P<flags>\d+)u")
 # What may be the beginning of one of these.
 _BEGINNING = re.compile(r"\x1b(?:\[(?:\?\d*|[\d:;]*))?\Z")
+# What a terminal sends after an escape, as a part of something longer; whatever else follows is another key.
+_AFTER_ESCAPE = "[OP]_^X\\"
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _NAMES = {" ": "space", "\x1b": "escape"}
 _LARGEST_CODE = 0x10FFFF
@@ -35,6 +38,10 @@ class Text(NamedTuple):
     """What is no business of ours."""
 
     text: str
+
+
+class Escape(NamedTuple):
+    """The Escape key: what it sends is the beginning of much else, but this is not."""
 
 
 class Repeated(NamedTuple):
@@ -55,7 +62,7 @@ class Answered(NamedTuple):
     tells_events: bool
 
 
-Item = Text | Repeated | Released | Answered
+Item = Text | Escape | Repeated | Released | Answered
 
 
 class Keyboard:
@@ -71,6 +78,8 @@ class Keyboard:
     def flush(self) -> list[Item]:
         """Nothing has come for a while: what was kept began nothing."""
         kept, self._kept = self._kept, ""
+        if kept == ESCAPE:
+            return [Escape()]
         return [Text(kept)] if kept else []
 
     def _items(self, text: str) -> Iterator[Item]:
@@ -79,13 +88,7 @@ class Keyboard:
         text, self._kept = text[:end], text[end:]
         plain, at = "", 0
         while at < len(text):
-            found = _KEY.match(text, at) or _ANSWER.match(text, at) if text[at] == "\x1b" else None
-            if found is None:
-                plain += text[at]
-                at += 1
-                continue
-            at = found.end()
-            item = _item(found)
+            item, at = self._item(text, at)
             if isinstance(item, Text):
                 plain += item.text
                 continue
@@ -95,6 +98,16 @@ class Keyboard:
             yield item
         if plain:
             yield Text(plain)
+
+    @staticmethod
+    def _item(text: str, at: int) -> tuple[Item, int]:
+        """What stands here, and where it ends."""
+        if text[at] != ESCAPE:
+            return Text(text[at]), at + 1
+        found = _KEY.match(text, at) or _ANSWER.match(text, at)
+        if found is not None:
+            return _item(found), found.end()
+        return (Text(ESCAPE) if text[at + 1] in _AFTER_ESCAPE else Escape()), at + 1
 
 
 def _item(found: re.Match[str]) -> Item:

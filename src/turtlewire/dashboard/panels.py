@@ -69,6 +69,7 @@ def head(title: str, view: View, width: int) -> Text:
 def side(view: View, controls: Controls, wish: Wish, *, latched: bool) -> Text:
     """The robot, and the link to it."""
     text = Text(no_wrap=True, overflow="ellipsis")
+    _row(text, "keys", _wished(wish, latched=latched), "bold")
     pose = view.pose
     for name, value in (
         ("x", f"{_zero(pose.x_mm):8.1f} mm"),
@@ -80,7 +81,6 @@ def side(view: View, controls: Controls, wish: Wish, *, latched: bool) -> Text:
         _row(text, name, value)
     certainty = CERTAINTIES[view.certainty]
     text.append(f"{certainty}\n" if certainty else "", "dim")
-    _row(text, "keys", _wished(wish, latched=latched), "bold")
     if controls.layout.has_two_speeds:
         _row(text, "set", f"{controls.speed}, of turns {controls.turn_speed}")
     else:

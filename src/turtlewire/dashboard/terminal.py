@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from textual._xterm_parser import XTermParser
 from textual.drivers.linux_driver import LinuxDriver
+from textual.events import Key
 from textual.message import Message
 
 from turtlewire.dashboard import keyboard
@@ -163,6 +164,9 @@ class Terminal(LinuxDriver):
 
     def _take(self, items: Iterable[keyboard.Item], parser: XTermParser) -> None:
         for item in items:
+            if isinstance(item, keyboard.Escape):
+                self.process_message(Key("escape", keyboard.ESCAPE))
+                continue
             if not isinstance(item, keyboard.Text):
                 self.process_message(KeyEvent(item))
                 continue
