@@ -18,7 +18,12 @@ PYTHON := $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 py
             $(shell $(name) -c $(IS_RECENT) 2>/dev/null && echo $(name))) python3)
 endif
 
-.PHONY: help demo test check format nightly bench generate pictures clean
+# What tests of the firmware need, as Debian calls it: compilers for here and for the chip, the emulated chip.
+PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr avrdude libsimavr-dev libelf-dev
+NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude lib/avr/include/avr/io.h \
+            share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h)
+
+.PHONY: help demo test check tools format nightly bench generate pictures clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
@@ -26,7 +31,7 @@ help: ## say what can be made
 demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
 	@$(BIN)/turtlewire run examples/rose.logo --picture rose.svg --picture rose.png
 
-test: check ## check, see that generated files are current, and run the tests
+test: check tools ## check, see that generated files are current, and run the tests
 	@$(BIN)/python -m tools.generate --check
 	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist worksteal
 
@@ -36,6 +41,15 @@ check: $(DEV) ## formatting, lint, types and the layering of the modules
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo > .venv/lint-imports.log || { cat .venv/lint-imports.log; exit 1; }
 	@echo 'format, lint, types and layers: fine'
+
+tools:
+	@for needed in $(NEEDED); do [ -e "$$needed" ] || missing="$$missing $$needed"; done; \
+	[ -z "$$missing" ] || { \
+	  sudo=; [ "$$(id -u)" -eq 0 ] || sudo='sudo -n'; \
+	  command -v apt-get >/dev/null && $$sudo true 2>/dev/null \
+	    || { echo "the tests of the firmware need$$missing: on Debian, apt install $(PACKAGES)" >&2; exit 1; }; \
+	  echo "installing what the tests of the firmware need" >&2; apt="$$sudo apt-get -qq -o DPkg::Lock::Timeout=900"; \
+	  { $$apt update && $$apt install --yes --no-install-recommends $(PACKAGES); } >/dev/null; }
 
 format: $(DEV) ## format the Python code
 	@$(BIN)/ruff format --quiet .

@@ -31,7 +31,7 @@ const uint8_t DRIVE_DIRECTION = 7;
 const uint8_t STEER_PWM = 6;
 const uint8_t STEER_DIRECTION = 8;
 const uint8_t HEADLIGHTS[] = {9, 10, 11, 12};
-const uint16_t SELF_TEST_MS = 200;
+const uint16_t SELF_TEST_MS = 100;
 
 // What the commands do to the pins.
 struct Car {
