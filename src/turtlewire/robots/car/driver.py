@@ -142,8 +142,10 @@ class AsyncCar(AsyncTimedRobot[Event]):
         Raises ``MessageError`` for a number outside.
         """
         _check_pwm("pwm", pwm)
-        check_valid_s(valid_s)
-        await self._ready()
+        if valid_s is not None:
+            check_valid_s(valid_s)
+        if not self._is_ready:
+            await self._ready()
         self._drive(self._motions.motion(pwm, self._steer), lambda: self._submit_motor(pwm))
         self._expire(valid_s)
         await self._answered()
@@ -155,7 +157,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
         ``MessageError`` for a number outside.
         """
         _check_pwm("steering", steering)
-        await self._ready()
+        if not self._is_ready:
+            await self._ready()
         self._drive(self._motions.motion(self._motor, steering), lambda: self._submit_steer(steering))
         await self._answered()
 
@@ -314,7 +317,8 @@ class AsyncCar(AsyncTimedRobot[Event]):
         await super()._hold(motion, seconds, submit, is_drawn=is_drawn, settle_s=settle_s)
 
     def _drive(self, motion: Motion, submit: Callable[[], None]) -> None:
-        self._show(self.account.pen_down)
+        if self._road is not None:
+            self._show(self.account.pen_down)
         super()._drive(motion, submit)
 
     def _show(self, pen_down: bool | None) -> None:
@@ -346,7 +350,9 @@ class AsyncCar(AsyncTimedRobot[Event]):
     async def _move_pen(self, *, down: bool) -> None:
         if self._settings.pen_light:
             # Also before motion is allowed to go on.
-            self._host.submit(Headlights(False, down, False, down))
+            self._host.submit(
+                Headlights(left_upper=False, left_lower=down, right_upper=False, right_lower=down)
+            )
             await self._until(lambda: self._host.idle)
 
     # ------------------------------------------------------------------ set-points
@@ -398,6 +404,11 @@ class AsyncCar(AsyncTimedRobot[Event]):
             if not (host.idle and host.in_step):
                 self.abandon()
                 await self._session.until(lambda: False, self.link.now() + last_bytes_s)
+
+    @property
+    def _is_ready(self) -> bool:
+        """Whether a command may go out at once: ``_ready`` has nothing to do, nor to raise."""
+        return self._host.in_step and self.trouble is None and not self._closed and self._session.is_connected
 
     async def _get_ready(self) -> None:
         host = self._host
@@ -466,6 +477,7 @@ class AsyncCar(AsyncTimedRobot[Event]):
         self._forget()
         self._is_driven = False
         self.account.end(self.link.now())
+        self.account.settle()
 
 
 def _check_pwm(name: str, value: object) -> None:

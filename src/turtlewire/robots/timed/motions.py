@@ -305,8 +305,7 @@ class TimedMotions(ABC, Generic[EventT]):
         self._session.flush()
         # The account is kept while the bytes are on their way.
         self.account.begin(motion, self.link.now() + self._arrival_s)
-        self.account.settle()
-        self._is_driven = True
+        self._is_driven = True  # where the turtle is, is settled when it takes over
 
     def _expire(self, valid_s: float | None) -> None:
         """Have what was just told end after so long, unless something newer comes; None: it goes on."""

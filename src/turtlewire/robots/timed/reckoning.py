@@ -71,7 +71,8 @@ class Reckoning:
         self._motion = STILL
         self._since = -math.inf
         self._is_drawn = True
-        self._course = 0.0  # of the last line that was drawn: above 0 ahead, below 0 back; 0: whatever comes is another
+        # Which way the last line went: above 0 ahead, below 0 back; 0: whatever comes is another line.
+        self._course = 0.0
 
     # ------------------------------------------------------------------ the robot
 
@@ -114,13 +115,13 @@ class Reckoning:
 
     def update(self, now: float) -> None:
         """The robot has gone on as it does until now."""
-        if now > self._since:  # what was sent last may not have arrived yet
-            if self._motion is not STILL:
-                self._go_on(now - self._since)
-            self._since = now
-
-    def _go_on(self, seconds: float) -> None:
+        seconds = now - self._since
+        if seconds <= 0.0:
+            return  # what was sent last has not arrived yet
+        self._since = now
         motion, start = self._motion, self._robot
+        if motion is STILL:
+            return
         length_mm, turn_deg = motion.speed_mm_per_s * seconds, motion.turn_deg_per_s * seconds
         self.distance_mm += abs(length_mm)
         self.rolled_mm += length_mm
