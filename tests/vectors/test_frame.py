@@ -7,38 +7,29 @@ are right is computed here bit by bit, by nothing that the codec uses.
 from __future__ import annotations
 
 import re
-from collections import Counter
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 import pytest
 from msgspec import Meta, Struct, field
 
-from turtlewire.protocols.frame.codec import Frame, FrameDecoder, FrameEncoder, Item
+from tests.vectors import runner
+from tests.vectors.runner import AnySession, AnyVector, Bad, Hex, Natural, Runner, Topic
+from turtlewire.protocols.frame.codec import FrameDecoder, FrameEncoder, Item
 from turtlewire.protocols.frame.dialect import FROM_ROBOT, SHIPPED, TO_ROBOT, Dialect, shipped
 from turtlewire.protocols.frame.host import Host
 from turtlewire.protocols.frame.robot import Robot
 from turtlewire.protocols.message import Malformed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from turtlewire.protocols.frame.message import FrameMessage
-
-FOLDER = Path(__file__).parents[2] / "spec" / "vectors" / "frame"
 
 # ------------------------------------------------------------------------------------------------- the schema
 
-Id = Annotated[str, Meta(pattern=r"^[a-z-]+/[a-z0-9]+(-[a-z0-9]+)*$")]
-Hex = Annotated[str, Meta(pattern=r"^([0-9A-F]{2}( [0-9A-F]{2})*)?$")]
 Section = Annotated[str, Meta(pattern=r"^(1\.[1-4]|2\.[1-3]|F([1-9]|1[0-3]))$")]
-Origin = Literal["source", "by hand"]
 Text = Annotated[str, Meta(pattern=r"^[a-z_]+( [a-z_]+=[-a-z0-9.]+)*$")]
-Natural = Annotated[int, Meta(ge=0)]
 Byte = Annotated[int, Meta(ge=0, le=255)]
 DialectName = Literal["0.1", "0.1-literal", "telemetry"]
-Direction = Literal["to robot", "from robot"]
 
 
 class Good(Struct, forbid_unknown_fields=True, frozen=True):
@@ -54,37 +45,16 @@ class Good(Struct, forbid_unknown_fields=True, frozen=True):
     canonical: Hex | None = None
 
 
-class Bad(Struct, forbid_unknown_fields=True, frozen=True):
-    offset: Natural
-    raw: Hex
-    error: str
-
-
-class Vector(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    """``attempts``: the message that ill-formed or refused bytes were meant to be."""
-
-    id: Id
+class Vector(AnyVector, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
     dialect: DialectName
-    direction: Direction
     crc: str | None = None
     coverage: Literal["magic", "seq", "size", "payload"] | None = None
-    counts: dict[str, int] = {}
-    types: dict[str, int] = {}
-    attempts: str | None = None
-    wire: Hex = field(name="bytes")
-    items: list[dict[str, object]]
-    pending: Natural
+    counts: dict[str, int] = field(default_factory=dict)
+    types: dict[str, int] = field(default_factory=dict)
 
     def expected(self) -> list[Good | Bad]:
-        return [
-            msgspec.convert(item, Bad) if "error" in item else msgspec.convert(item, Good)
-            for item in self.items
-        ]
-
-    def data(self) -> bytes:
-        return bytes.fromhex(self.wire)
+        return runner.read_items(self.items, Good)
 
     def spoken(self) -> Dialect:
         dialect = shipped(self.dialect)
@@ -106,10 +76,8 @@ class Counts(Struct, forbid_unknown_fields=True, frozen=True):
     skipped_bytes: Natural
 
 
-class RobotSession(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    id: Id
+class RobotSession(AnySession, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
     dialect: DialectName
     steps: list[Step]
     counts: Counts
@@ -125,10 +93,8 @@ class HostStep(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     data: Hex = ""
 
 
-class HostSession(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    id: Id
+class HostSession(AnySession, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
     dialect: DialectName
     counts: dict[str, int]
     repeat_ms: Natural | None = None
@@ -136,15 +102,7 @@ class HostSession(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True)
     steps: list[HostStep]
 
 
-class Topic(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    protocol: Literal["frame"]
-    topic: str
-    about: str
-    vectors: list[Vector] = []
-    sessions: list[dict[str, object]] = []
-
-
-TOPICS = {path.stem: msgspec.json.decode(path.read_bytes(), type=Topic) for path in FOLDER.glob("*.json")}
+TOPICS = runner.read_topics("frame", Topic[Vector, dict[str, object]])
 VECTORS = [vector for topic in TOPICS.values() for vector in topic.vectors]
 ROBOT_SESSIONS = [msgspec.convert(session, RobotSession) for session in TOPICS["timeouts"].sessions]
 HOST_SESSIONS = [msgspec.convert(session, HostSession) for session in TOPICS["host"].sessions]
@@ -164,11 +122,6 @@ def messages_of(dialect: Dialect, texts: list[str]) -> tuple[FrameMessage, ...]:
         assert list(values) == [pair.partition("=")[0] for pair in pairs]
         made.append(dialect[name](**values))
     return tuple(made)
-
-
-def same(one: FrameMessage, other: FrameMessage) -> bool:
-    """Equal as the wire has them: NaN equals itself, and a number what an f32 makes of it."""
-    return type(one) is type(other) and str(one) == str(other)
 
 
 # ------------------------------------------------------------------------------------------ an independent CRC
@@ -212,7 +165,7 @@ def test_the_crcs_are_right_where_they_should_be(vector: Vector) -> None:
 
 
 def test_there_are_all_the_topics() -> None:
-    assert set(TOPICS) == {
+    names = {
         "crc",
         "host",
         "literal",
@@ -223,18 +176,11 @@ def test_there_are_all_the_topics() -> None:
         "telemetry",
         "timeouts",
     }
-    for name, topic in TOPICS.items():
-        assert topic.topic == name
-        assert topic.about.endswith((".", ")."))
-        assert bool(topic.vectors) != bool(topic.sessions)
+    runner.check_topics("frame", TOPICS, names)
 
 
 def test_ids_are_unique_and_begin_with_the_topic() -> None:
-    for name, topic in TOPICS.items():
-        assert all(vector.id.startswith(f"{name}/") for vector in topic.vectors)
-    sessions = [session.id for session in ROBOT_SESSIONS] + [session.id for session in HOST_SESSIONS]
-    ids = Counter([vector.id for vector in VECTORS] + sessions)
-    assert [name for name, n in ids.items() if n > 1] == []
+    runner.check_ids(TOPICS, [*ROBOT_SESSIONS, *HOST_SESSIONS])
 
 
 @each_vector
@@ -257,39 +203,44 @@ def test_items_stand_in_the_bytes_where_they_say(vector: Vector) -> None:
 # ------------------------------------------------------------------------------------------------- the runner
 
 
-def chunkings(data: bytes) -> Iterator[list[bytes]]:
-    """Whole, byte by byte, and cut at every single point (empty pieces at both ends included)."""
-    yield [data]
-    yield [bytes([byte]) for byte in data]
-    for cut in range(len(data) + 1):
-        yield [data[:cut], data[cut:]]
+def texts(messages: tuple[FrameMessage, ...]) -> list[tuple[type[FrameMessage], str]]:
+    """As the wire has them: NaN equals itself, and a number what an f32 makes of it."""
+    return [(type(message), str(message)) for message in messages]
 
 
-def agrees(item: Item, expected: Good | Bad, dialect: Dialect, moved: int = 0) -> bool:
-    raw = bytes.fromhex(expected.raw)
-    if isinstance(expected, Bad):
-        return item == Malformed(expected.offset + moved, raw, expected.error)
-    return (
-        isinstance(item, Frame)
-        and (item.offset, item.raw, item.seq) == (expected.offset + moved, raw, expected.seq)
-        and (item.order, item.lost) == (expected.order, expected.lost)
-        and len(item.messages) == len(expected.messages)
-        and all(map(same, item.messages, messages_of(dialect, expected.messages)))
-        and len(item.refused) == len(expected.refused)
-        and all(map(same, item.refused, messages_of(dialect, expected.refused)))
-    )
+def shown(item: Item) -> object:
+    if isinstance(item, Malformed):
+        return item
+    said = item.offset, item.raw, item.seq, texts(item.messages), texts(item.refused)
+    return said, (item.order, item.lost)
+
+
+def expected(vector: Vector, moved: int) -> list[object]:
+    dialect = vector.spoken()
+    items: list[object] = []
+    for item in vector.expected():
+        offset, raw = item.offset + moved, bytes.fromhex(item.raw)
+        if isinstance(item, Bad):
+            items.append(Malformed(offset, raw, item.error))
+        else:
+            messages, refused = (texts(messages_of(dialect, of)) for of in (item.messages, item.refused))
+            items.append(((offset, raw, item.seq, messages, refused), (item.order, item.lost)))
+    return items
+
+
+FRAME = Runner(
+    decoder=lambda vector: FrameDecoder(vector.spoken(), vector.direction),
+    expected=expected,
+    rest=lambda decoder, vector: (decoder.pending, vector.pending),
+    shown=shown,
+    # The numbers of the frames begin again, which is a gap or a restart.
+    again=lambda shown: shown if isinstance(shown, Malformed) else shown[0],
+)
 
 
 @each_vector
 def test_decoding_in_every_chunking(vector: Vector) -> None:
-    dialect = vector.spoken()
-    expected = vector.expected()
-    for chunks in chunkings(vector.data()):
-        decoder = FrameDecoder(dialect, vector.direction)
-        items = [item for chunk in chunks for item in decoder.receive_data(chunk)]
-        assert len(items) == len(expected)
-        assert all(agrees(item, want, dialect) for item, want in zip(items, expected, strict=True))
-        assert decoder.pending == vector.pending
+    FRAME.check_decoding(vector)
 
 
 @each_vector
@@ -307,16 +258,7 @@ CLOSED = [vector for vector in VECTORS if not vector.pending]
 
 @pytest.mark.parametrize("vector", CLOSED, ids=lambda vector: vector.id)
 def test_nothing_is_left_behind_for_the_next(vector: Vector) -> None:
-    dialect = vector.spoken()
-    decoder = FrameDecoder(dialect, vector.direction)
-    decoder.receive_data(vector.data())
-    for item, want in zip(decoder.receive_data(vector.data()), vector.expected(), strict=True):
-        if isinstance(item, Frame):
-            assert isinstance(want, Good)
-            again = msgspec.structs.replace(item, order=want.order, lost=want.lost)
-            assert agrees(again, want, dialect, moved=len(vector.data()))
-        else:
-            assert agrees(item, want, dialect, moved=len(vector.data()))
+    FRAME.check_decoding_again(vector)
 
 
 @pytest.mark.parametrize("session", ROBOT_SESSIONS, ids=lambda session: session.id)

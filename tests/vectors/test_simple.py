@@ -6,17 +6,16 @@ The files in ``spec/vectors/simple`` were written by hand from the protocol; the
 from __future__ import annotations
 
 import re
-from collections import Counter
 from itertools import product
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-import msgspec
 import pytest
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
-from turtlewire.protocols.message import Decoded, Field, Malformed, parse
-from turtlewire.protocols.simple.codec import CommandDecoder, Item, ReplyDecoder, encode
+from tests.vectors import runner
+from tests.vectors.runner import AnySession, Bad, Good, Hex, Natural, Runner, Topic, chunkings
+from turtlewire.protocols.message import Field, Malformed, parse
+from turtlewire.protocols.simple.codec import CommandDecoder, ReplyDecoder, encode
 from turtlewire.protocols.simple.events import Event, InStep, LinkDead, OutOfStep
 from turtlewire.protocols.simple.host import Host
 from turtlewire.protocols.simple.messages import (
@@ -28,12 +27,6 @@ from turtlewire.protocols.simple.messages import (
     Stop,
 )
 from turtlewire.protocols.simple.robot import Robot
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-FOLDER = Path(__file__).parents[2] / "spec" / "vectors" / "simple"
-FILES = sorted(FOLDER.glob("*.json"))
 
 
 class SetServos(SimpleCommand, frozen=True):
@@ -54,28 +47,7 @@ ALL: tuple[type[SimpleMessage], ...] = (*MESSAGES, SetServos)
 
 # ------------------------------------------------------------------------------------------------- the schema
 
-Id = Annotated[str, Meta(pattern=r"^[a-z-]+/[a-z0-9]+(-[a-z0-9]+)*$")]
-Hex = Annotated[str, Meta(pattern=r"^([0-9A-F]{2}( [0-9A-F]{2})*)?$")]
 Section = Annotated[str, Meta(pattern=r"^(ENKELT PROTOKOLL|EXEMPEL|FELKONTROLL|S\d+|Section 4)$")]
-Origin = Literal["source", "by hand"]
-Text = Annotated[str, Meta(pattern=r"^[a-z_]+( [a-z_]+=-?\d+)*$")]
-Natural = Annotated[int, Meta(ge=0)]
-
-
-class Good(Struct, forbid_unknown_fields=True, frozen=True):
-    """A message; ``canonical`` is what an encoder makes of it where that is not ``raw``."""
-
-    offset: Natural
-    raw: Hex
-    message: Text
-    fields: dict[str, int]
-    canonical: Hex | None = None
-
-
-class Bad(Struct, forbid_unknown_fields=True, frozen=True):
-    offset: Natural
-    raw: Hex
-    error: str
 
 
 class State(Struct, forbid_unknown_fields=True, frozen=True):
@@ -86,29 +58,11 @@ class State(Struct, forbid_unknown_fields=True, frozen=True):
     lights: Annotated[str, Meta(pattern=r"^[01]{4}$")]
 
 
-class Vector(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    """``attempts``: the message that ill-formed bytes were meant to be. ``pending``: bytes of an unfinished one."""
-
-    id: Id
+class Vector(runner.Vector, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
-    direction: Literal["to robot", "from robot"]
     extensions: bool = False
-    attempts: str | None = None
-    wire: Hex = field(name="bytes")
-    items: list[dict[str, object]]
-    pending: Natural
     replies: Hex | None = None
     state: State | None = None
-
-    def expected(self) -> list[Good | Bad]:
-        return [
-            msgspec.convert(item, Bad) if "error" in item else msgspec.convert(item, Good)
-            for item in self.items
-        ]
-
-    def data(self) -> bytes:
-        return bytes.fromhex(self.wire)
 
 
 class Step(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -137,25 +91,15 @@ class Counts(Struct, forbid_unknown_fields=True, frozen=True):
     unexpected: Natural
 
 
-class Session(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    id: Id
+class Session(AnySession, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
     settings: Settings
     steps: list[Step]
     state: str
     counts: Counts
 
 
-class Topic(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    protocol: Literal["simple"]
-    topic: str
-    about: str
-    vectors: list[Vector] = []
-    sessions: list[Session] = []
-
-
-TOPICS = {path.stem: msgspec.json.decode(path.read_bytes(), type=Topic) for path in FILES}
+TOPICS = runner.read_topics("simple", Topic[Vector, Session])
 VECTORS = [vector for topic in TOPICS.values() for vector in topic.vectors]
 SESSIONS = [session for topic in TOPICS.values() for session in topic.sessions]
 BY_NAME = {message.name(): message for message in ALL}
@@ -165,7 +109,7 @@ each_session = pytest.mark.parametrize("session", SESSIONS, ids=lambda session: 
 
 
 def test_there_are_all_the_topics() -> None:
-    assert set(TOPICS) == {
+    names = {
         "dont-care",
         "drive",
         "extension",
@@ -176,19 +120,12 @@ def test_there_are_all_the_topics() -> None:
         "stop",
         "stream",
     }
-    for name, topic in TOPICS.items():
-        assert topic.topic == name
-        assert topic.about.endswith(".")
-        assert bool(topic.vectors) != bool(topic.sessions)
+    runner.check_topics("simple", TOPICS, names)
     assert (len(VECTORS), len(SESSIONS)) == (90, 30)
 
 
 def test_ids_are_unique_and_begin_with_the_topic() -> None:
-    for name, topic in TOPICS.items():
-        assert all(vector.id.startswith(f"{name}/") for vector in topic.vectors)
-        assert all(session.id.startswith(f"{name}/") for session in topic.sessions)
-    ids = Counter([vector.id for vector in VECTORS] + [session.id for session in SESSIONS])
-    assert [name for name, n in ids.items() if n > 1] == []
+    runner.check_ids(TOPICS, SESSIONS)
 
 
 @each_vector
@@ -202,10 +139,7 @@ def test_items_stand_in_the_bytes_where_they_say(vector: Vector) -> None:
         assert len(raw) == (7 if vector.direction == "to robot" else 1)
         end = item.offset + len(raw)
         if isinstance(item, Good):
-            message = parse(item.message, ALL)
-            assert str(message) == item.message
-            assert item.fields == {f.name: getattr(message, f.name) for f in message.FIELDS}
-            assert item.canonical != item.raw, "canonical says something only where it differs"
+            runner.check_message(item, ALL)
     assert len(data) - end == vector.pending
     assert (vector.replies is None) == (vector.state is None) == (vector.direction == "from robot")
     if vector.attempts is not None:
@@ -222,43 +156,23 @@ def decoder_for(vector: Vector) -> CommandDecoder | ReplyDecoder:
     return CommandDecoder(EXTENSIONS if vector.extensions else ())
 
 
-def items_for(vector: Vector) -> list[Item]:
-    items: list[Item] = []
-    for item in vector.expected():
-        raw = bytes.fromhex(item.raw)
-        if isinstance(item, Bad):
-            items.append(Malformed(item.offset, raw, item.error))
-        else:
-            message = parse(item.message, ALL)
-            assert isinstance(message, SimpleMessage)
-            items.append(Decoded(item.offset, raw, message))
-    return items
+def rest(decoder: CommandDecoder | ReplyDecoder, vector: Vector) -> tuple[object, object]:
+    """A reply is one byte: nothing is ever left of one."""
+    left = decoder.pending if isinstance(decoder, CommandDecoder) else b""
+    return left, vector.data()[len(vector.data()) - vector.pending :]
 
 
-def chunkings(data: bytes) -> Iterator[list[bytes]]:
-    """Whole, byte by byte, and cut at every single point (empty pieces at both ends included)."""
-    yield [data]
-    yield [bytes([byte]) for byte in data]
-    for cut in range(len(data) + 1):
-        yield [data[:cut], data[cut:]]
+SIMPLE = Runner(decoder_for, lambda vector, moved: runner.items_of(vector, ALL, moved), rest)
 
 
 @each_vector
 def test_decoding_in_every_chunking(vector: Vector) -> None:
-    expected = items_for(vector)
-    for chunks in chunkings(vector.data()):
-        decoder = decoder_for(vector)
-        assert [item for chunk in chunks for item in decoder.receive_data(chunk)] == expected
-        if isinstance(decoder, CommandDecoder):
-            assert decoder.pending == vector.data()[len(vector.data()) - vector.pending :]
+    SIMPLE.check_decoding(vector)
 
 
 @each_vector
 def test_encoding_gives_the_canonical_bytes(vector: Vector) -> None:
-    for item in vector.expected():
-        if isinstance(item, Good):
-            message = BY_NAME[item.message.split()[0]](**item.fields)
-            assert encode(message).hex(" ").upper() == (item.canonical or item.raw)
+    runner.check_encoding(vector, ALL, encode)
 
 
 TO_ROBOT = [vector for vector in VECTORS if vector.direction == "to robot"]
@@ -279,10 +193,7 @@ def test_a_robot_answers_and_does_what_it_should(vector: Vector) -> None:
 
 @pytest.mark.parametrize("vector", [v for v in VECTORS if not v.pending], ids=lambda vector: vector.id)
 def test_nothing_is_left_behind_for_the_next(vector: Vector) -> None:
-    decoder = decoder_for(vector)
-    decoder.receive_data(vector.data())
-    moved = [item._replace(offset=item.offset + len(vector.data())) for item in items_for(vector)]
-    assert decoder.receive_data(vector.data()) == moved
+    SIMPLE.check_decoding_again(vector)
 
 
 def text_of(event: Event) -> str:
@@ -350,8 +261,7 @@ def test_sessions_with_a_host(session: Session) -> None:
 
 @each_session
 def test_steps_are_each_one_thing_in_order_of_time(session: Session) -> None:
-    times = [step.at_ms for step in session.steps]
-    assert times == sorted(times)
+    runner.check_times(session.steps)
     for step in session.steps:
         assert [step.do, step.submit, step.receive].count(None) == 2
 

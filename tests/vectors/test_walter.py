@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import copy
 import re
-from collections import Counter
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import Annotated, Literal
 
 import msgspec
 import pytest
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
-from turtlewire.protocols.message import Decoded, Malformed, parse
-from turtlewire.protocols.walter.codec import ALL_GROUPS, CommandDecoder, Item, Mode, ReplyDecoder, encode
+from tests.vectors import runner
+from tests.vectors.runner import AnySession, Bad, Good, Hex, Natural, Runner, Text, Topic
+from turtlewire.protocols.message import Malformed
+from turtlewire.protocols.walter.codec import ALL_GROUPS, CommandDecoder, Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
     MESSAGES,
@@ -26,68 +26,23 @@ from turtlewire.protocols.walter.messages import (
 )
 from turtlewire.protocols.walter.robot import Robot
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-FOLDER = Path(__file__).parents[2] / "spec" / "vectors" / "walter"
-FILES = sorted(FOLDER.glob("*.json"))
-
 # ------------------------------------------------------------------------------------------------- the schema
 
-Id = Annotated[str, Meta(pattern=r"^[a-z-]+/[a-z0-9]+(-[a-z0-9]+)*$")]
-Hex = Annotated[str, Meta(pattern=r"^([0-9A-F]{2}( [0-9A-F]{2})*)?$")]
 Section = Annotated[
     str,
     Meta(
         pattern=r"^(LOGO CONTROL \((To|From) the robot\)|DIRECT CONTROL \(To the robot\)|Notes|W\d+|Section 4)$"
     ),
 ]
-Origin = Literal["source", "by hand"]
 Groups = Annotated[str, Meta(pattern=r"^C?Q?H?E?$")]
 ModeName = Literal["logo", "direct"]
-Text = Annotated[str, Meta(pattern=r"^[a-z_]+( [a-z_]+=-?\d+)*$")]
-Natural = Annotated[int, Meta(ge=0)]
 
 
-class Good(Struct, forbid_unknown_fields=True, frozen=True):
-    """A message; ``canonical`` is what an encoder makes of it where that is not ``raw``."""
-
-    offset: Natural
-    raw: Hex
-    message: Text
-    fields: dict[str, int]
-    canonical: Hex | None = None
-
-
-class Bad(Struct, forbid_unknown_fields=True, frozen=True):
-    offset: Natural
-    raw: Hex
-    error: str
-
-
-class Vector(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    """``attempts``: the message that ill-formed bytes were meant to be. ``pending``: bytes of an unfinished one."""
-
-    id: Id
+class Vector(runner.Vector, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
-    direction: Literal["to robot", "from robot"]
     mode: ModeName
     groups: Groups = "CQHE"
-    attempts: str | None = None
-    wire: Hex = field(name="bytes")
-    items: list[dict[str, object]]
     mode_after: ModeName
-    pending: Natural
-
-    def expected(self) -> list[Good | Bad]:
-        return [
-            msgspec.convert(item, Bad) if "error" in item else msgspec.convert(item, Good)
-            for item in self.items
-        ]
-
-    def data(self) -> bytes:
-        return bytes.fromhex(self.wire)
 
 
 class Step(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -109,25 +64,15 @@ class Counts(Struct, forbid_unknown_fields=True, frozen=True):
     overflowed: Natural
 
 
-class Session(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    id: Id
+class Session(AnySession, forbid_unknown_fields=True, frozen=True, kw_only=True):
     section: Section
-    origin: Origin
     mode: ModeName
     groups: Groups = "CQHE"
     steps: list[Step]
     counts: Counts
 
 
-class Topic(Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    protocol: Literal["walter"]
-    topic: str
-    about: str
-    vectors: list[Vector] = []
-    sessions: list[Session] = []
-
-
-TOPICS = {path.stem: msgspec.json.decode(path.read_bytes(), type=Topic) for path in FILES}
+TOPICS = runner.read_topics("walter", Topic[Vector, Session])
 VECTORS = [vector for topic in TOPICS.values() for vector in topic.vectors]
 SESSIONS = [session for topic in TOPICS.values() for session in topic.sessions]
 BY_NAME = {message.name(): message for message in MESSAGES}
@@ -137,7 +82,7 @@ each_session = pytest.mark.parametrize("session", SESSIONS, ids=lambda session: 
 
 
 def test_there_are_all_the_topics() -> None:
-    assert set(TOPICS) == {
+    names = {
         "direct-keys",
         "logo-absolute",
         "logo-lines",
@@ -149,18 +94,11 @@ def test_there_are_all_the_topics() -> None:
         "robots-without-groups",
         "sessions",
     }
-    for name, topic in TOPICS.items():
-        assert topic.topic == name
-        assert topic.about.endswith(".")
-        assert bool(topic.vectors) != bool(topic.sessions)
+    runner.check_topics("walter", TOPICS, names)
 
 
 def test_ids_are_unique_and_begin_with_the_topic() -> None:
-    for name, topic in TOPICS.items():
-        assert all(vector.id.startswith(f"{name}/") for vector in topic.vectors)
-        assert all(session.id.startswith(f"{name}/") for session in topic.sessions)
-    ids = Counter([vector.id for vector in VECTORS] + [session.id for session in SESSIONS])
-    assert [name for name, n in ids.items() if n > 1] == []
+    runner.check_ids(TOPICS, SESSIONS)
 
 
 @each_vector
@@ -175,10 +113,7 @@ def test_items_stand_in_the_bytes_where_they_say(vector: Vector) -> None:
         assert data[end : item.offset] in (b"", b"\n")
         end = item.offset + len(raw)
         if isinstance(item, Good):
-            message = parse(item.message, MESSAGES)
-            assert str(message) == item.message
-            assert item.fields == {f.name: getattr(message, f.name) for f in message.FIELDS}
-            assert item.canonical != item.raw, "canonical says something only where it differs"
+            runner.check_message(item, MESSAGES)
     assert data[end : len(data) - vector.pending] in (b"", b"\n")
     if vector.attempts is not None:
         assert vector.attempts in BY_NAME
@@ -187,8 +122,7 @@ def test_items_stand_in_the_bytes_where_they_say(vector: Vector) -> None:
 
 @each_session
 def test_steps_are_each_one_thing_in_order_of_time(session: Session) -> None:
-    times = [step.at_ms for step in session.steps]
-    assert times == sorted(times)
+    runner.check_times(session.steps)
     for step in session.steps:
         taken = step.take is not msgspec.UNSET
         assert [step.receive is not None, taken, step.limit is not None].count(True) == 1
@@ -205,40 +139,21 @@ def decoder_for(vector: Vector) -> CommandDecoder | ReplyDecoder:
     return CommandDecoder(Mode(vector.mode), frozenset(vector.groups))
 
 
-def items_for(vector: Vector) -> list[Item]:
-    return [
-        Malformed(item.offset, bytes.fromhex(item.raw), item.error)
-        if isinstance(item, Bad)
-        else Decoded(
-            item.offset, bytes.fromhex(item.raw), cast("WalterMessage", parse(item.message, MESSAGES))
-        )
-        for item in vector.expected()
-    ]
+def rest(decoder: CommandDecoder | ReplyDecoder, vector: Vector) -> tuple[object, object]:
+    return (decoder.mode.value, decoder.pending), (vector.mode_after, vector.pending)
 
 
-def chunkings(data: bytes) -> Iterator[list[bytes]]:
-    """Whole, byte by byte, and cut at every single point (empty pieces at both ends included)."""
-    yield [data]
-    yield [bytes([byte]) for byte in data]
-    for cut in range(len(data) + 1):
-        yield [data[:cut], data[cut:]]
+WALTER = Runner(decoder_for, lambda vector, moved: runner.items_of(vector, MESSAGES, moved), rest)
 
 
 @each_vector
 def test_decoding_in_every_chunking(vector: Vector) -> None:
-    expected = items_for(vector)
-    for chunks in chunkings(vector.data()):
-        decoder = decoder_for(vector)
-        assert [item for chunk in chunks for item in decoder.receive_data(chunk)] == expected
-        assert (decoder.mode.value, decoder.pending) == (vector.mode_after, vector.pending)
+    WALTER.check_decoding(vector)
 
 
 @each_vector
 def test_encoding_gives_the_canonical_bytes(vector: Vector) -> None:
-    for item in vector.expected():
-        if isinstance(item, Good):
-            message = BY_NAME[item.message.split()[0]](**item.fields)
-            assert encode(message).hex(" ").upper() == (item.canonical or item.raw)
+    runner.check_encoding(vector, MESSAGES, encode)
 
 
 # Vectors after which a decoder stands where it began.
@@ -247,10 +162,7 @@ CLOSED = [v for v in VECTORS if not v.pending and v.mode_after == v.mode and v.d
 
 @pytest.mark.parametrize("vector", CLOSED, ids=lambda vector: vector.id)
 def test_nothing_is_left_behind_for_the_next(vector: Vector) -> None:
-    decoder = decoder_for(vector)
-    decoder.receive_data(vector.data())
-    moved = [item._replace(offset=item.offset + len(vector.data())) for item in items_for(vector)]
-    assert decoder.receive_data(vector.data()) == moved
+    WALTER.check_decoding_again(vector)
 
 
 def waiting(robot: Robot) -> list[str]:
