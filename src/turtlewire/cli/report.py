@@ -258,5 +258,5 @@ def _lines(figures: Mapping[str, object]) -> Iterator[str]:
         if isinstance(value, dict):
             text = ", ".join(f"{key} {part}" for key, part in value.items()) or "as by default"
         else:
-            text = f"{value:.10g}" if isinstance(value, float) else str(value)
+            text = f"{value:.10g}" if isinstance(value, float) else "-" if value is None else str(value)
         yield f"  {name:20} {text}"

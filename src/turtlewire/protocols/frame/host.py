@@ -67,6 +67,7 @@ class Host:
 
     Attributes:
         connected: between ``connect`` and ``exit``.
+        repeats: how often the latest set-points were sent again (F6).
     """
 
     def __init__(
@@ -83,6 +84,7 @@ class Host:
                 raise UsageError(f"the {name} interval must be more than 0 s, not {interval_s:g}")
         self.dialect = dialect
         self.connected = False
+        self.repeats = 0
         self._repeat_s = math.inf if repeat_s is None else repeat_s
         self._heartbeat_s = math.inf if heartbeat_s is None else heartbeat_s
         self._byte_s = BITS_PER_BYTE / (baud or dialect.baud)
@@ -169,6 +171,7 @@ class Host:
             return b""
         if self._latest and now >= self._last_repeat + self._repeat_s:
             self._last_repeat = now
+            self.repeats += 1
             self._unsent = {**self._latest, **self._unsent}
         if not self._unsent and now < self._last_sent + self._heartbeat_s:
             return b""

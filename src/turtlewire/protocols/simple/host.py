@@ -18,6 +18,7 @@ import math
 from collections import defaultdict, deque
 
 from turtlewire.errors import NoReplyError, UsageError
+from turtlewire.protocols.round_trips import RoundTrips
 from turtlewire.protocols.simple.codec import encode, layouts
 from turtlewire.protocols.simple.events import (
     Done,
@@ -67,7 +68,9 @@ class Host:
     Attributes:
         in_step: whether the robot takes commands; dead: whether it was given up.
         resynchronisations: how often the way back into step was taken; spent: bytes that the last one took.
+        resent: how many set-points were given back to be sent again, their fate not being known (S8).
         malformed: bytes that are no reply; unexpected: replies to nothing that was sent. Both are ignored otherwise.
+        round_trips: how long the replies to commands took.
     """
 
     def __init__(
@@ -111,8 +114,10 @@ class Host:
         self.dead = False
         self.resynchronisations = 0
         self.spent = 0
+        self.resent = 0
         self.malformed = 0
         self.unexpected = 0
+        self.round_trips = RoundTrips()
 
     # ------------------------------------------------------------------ what the host wants
 
@@ -246,7 +251,7 @@ class Host:
         due = self._line.sent(data, now)
         if not self._flights:
             self._due = due
-        self._flights.append(Flight(command, orders, due))
+        self._flights.append(Flight(command, orders, due, now))
         self._last_sent = now
         return data
 
@@ -282,6 +287,7 @@ class Host:
                 self._too_many(now)
 
     def _accepted(self, flight: Flight, now: float) -> None:
+        self.round_trips.add(now - flight.sent_at)
         for order in flight.orders:
             if not order.told:
                 order.told = True
@@ -316,8 +322,8 @@ class Host:
             channel.wanted = None
             channel.losses = 0
 
-    def _give_back(self) -> None:
-        """Everything under way: what is still wanted will be sent, a stop the way back carries out."""
+    def _give_back(self) -> int:
+        """Everything under way: what is still wanted (how many) will be sent, a stop the way back carries out."""
         flights, self._flights = self._flights, deque()
         self._due = math.inf
         again: dict[str, None] = {}
@@ -331,11 +337,12 @@ class Host:
                 elif order not in self._lost:
                     self._supersede(order)
         self._unsent = again | self._unsent  # in the order in which they were wanted
+        return len(again)
 
     # ------------------------------------------------------------------ in step or not
 
     def _resynchronise(self, now: float) -> None:
-        self._give_back()
+        self.resent += self._give_back()
         # Not even what was accepted is certain: a byte too many is noticed one or two commands later.
         self._knowledge.begin(RobotState())
         self.in_step = self.dead = False

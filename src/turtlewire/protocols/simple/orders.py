@@ -36,11 +36,12 @@ class Channel:
 
 
 class Flight(msgspec.Struct, eq=False):
-    """A command that has been sent and not been answered, the orders that it carries out, and when it must be."""
+    """A command that has been sent and not been answered, the orders that it carries out; when, and when it must be."""
 
     command: SimpleCommand
     orders: list[Order]
     due: float
+    sent_at: float
 
 
 class Knowledge:

@@ -20,6 +20,7 @@ from collections import deque
 from typing import NamedTuple
 
 from turtlewire.protocols.message import Malformed
+from turtlewire.protocols.round_trips import RoundTrips
 from turtlewire.protocols.walter.codec import Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
     ATTENTION,
@@ -106,6 +107,7 @@ class _Flight(NamedTuple):
     size: int
     takes_s: float
     tag: object
+    sent_at: float  # nan: other things were under way
 
 
 class Host:
@@ -122,7 +124,11 @@ class Host:
         interrupted: the tag of the first command that an attention, stop or lost link found unconfirmed, and (for a
             robot that is paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
         abandoned: the tags of all commands that these found unconfirmed, in order. Whoever has seen to them clears both.
-        malformed: ill-formed replies; unexpected: replies to nothing that was asked. Both are ignored.
+        attentions: how often the robot's attention was sought (W7); retries: how often an overdue answer was asked for
+            again.
+        malformed: ill-formed replies; skipped_bytes: of them; unexpected: replies to nothing that was asked. All are
+            ignored.
+        round_trips: how long answers took, of queries sent while nothing else was under way.
     """
 
     def __init__(
@@ -156,8 +162,12 @@ class Host:
         self.commands_sent = 0
         self.fences_sent = 0
         self.fences_lost = 0
+        self.attentions = 0
+        self.retries = 0
         self.malformed = 0
+        self.skipped_bytes = 0
         self.unexpected = 0
+        self.round_trips = RoundTrips()
 
     # ------------------------------------------------------------------ what the host wants
 
@@ -183,6 +193,7 @@ class Host:
     def attention(self, now: float) -> None:
         """W7: from any state to: stopped, nothing queued, Logo control."""
         self._forget(now)
+        self.attentions += 1
         self._urgent = ATTENTION
         self.mode = Mode.LOGO
 
@@ -294,7 +305,7 @@ class Host:
         data = encode(command)
         self.commands_sent += 1
         takes_s = len(data) * self._byte_s + duration_s
-        self._flights.append(_Flight(command, len(data), takes_s, tag))
+        self._flights.append(_Flight(command, len(data), takes_s, tag, math.nan if self._flights else now))
         self._unfenced += len(data)
         self._since_fence += len(data)
         self._busy_until = now + takes_s
@@ -329,6 +340,7 @@ class Host:
         for item in self._decoder.receive_data(data):
             if isinstance(item, Malformed):
                 self.malformed += 1
+                self.skipped_bytes += len(item.raw)
             elif isinstance(item.message, RobotMessage):
                 events += self._received(item.message, now)
         return events
@@ -354,6 +366,8 @@ class Host:
     def _answered(self, index: int, reply: RobotMessage, now: float) -> list[Event]:
         before = [self._flights.popleft() for _ in range(index)]
         flight = self._flights.popleft()
+        if not math.isnan(flight.sent_at):
+            self.round_trips.add(now - flight.sent_at)
         self._unfenced -= flight.size + sum(f.size for f in before)
         lost = sum(type(f.command) in REPLIES for f in before)
         events: list[Event] = [Done(f.command, f.tag) for f in before]
@@ -392,6 +406,7 @@ class Host:
             self._forget(now)
             return [Silent()]
         self._probes += 1
+        self.retries += 1
         self._probe_wanted = True
         # The first query may be what was lost: then the next answer comes after all that is under way.
         self._answer_due = now + PATIENCE * sum(flight.takes_s for flight in self._flights) + GRACE_S

@@ -68,9 +68,12 @@ def _require(name: str, value: object, fine: bool, wanted: str) -> None:
 class Statistics(NamedTuple):
     """Figures of one connection.
 
-    ``resynchronisations`` counts how often host and car were brought in step (S7), the first time included;
-    ``malformed_replies`` bytes that are no reply, ``unexpected_replies`` replies to nothing that was sent.
-    ``reconnections`` counts how often it was reached again after its link was lost.
+    ``window_commands`` may be under way without a reply (S9). ``retries`` counts set-points to be sent again because
+    their fate was not known (S8), ``resynchronisations`` how often host and car were brought in step (S7), the first
+    time included, ``malformed_replies`` bytes that are no reply (and so ``skipped_bytes``), ``unexpected_replies``
+    those that reply to nothing. The round trips are those of commands; None: none was answered yet. ``reconnections``
+    counts how often the car was reached again after its link was lost.
+
     ``distance_mm`` is by reckoning, there and back counted. ``seconds`` is the time since the connection was made, by
     the link's clock: a simulated car's own.
     """
@@ -78,9 +81,14 @@ class Statistics(NamedTuple):
     bytes_sent: int
     bytes_received: int
     distance_mm: float
+    window_commands: int
+    retries: int
     resynchronisations: int
     malformed_replies: int
     unexpected_replies: int
+    skipped_bytes: int
+    round_trip_median_s: float | None
+    round_trip_max_s: float | None
     reconnections: int
     seconds: float
 

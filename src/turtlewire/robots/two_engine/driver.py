@@ -449,6 +449,7 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             bytes_sent=self._session.bytes_sent,
             bytes_received=self._session.bytes_received,
             distance_mm=self.account.distance_mm,
+            repeats=self._host.repeats,
             frames_received=seen.frames,
             frames_ignored=seen.oversized
             + seen.wrong_crc
@@ -456,6 +457,8 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
             + seen.unknown_type
             + seen.inconsistent,
             frames_lost=seen.lost,
+            resynchronisations=seen.oversized + seen.wrong_crc + seen.incomplete,
+            skipped_bytes=seen.skipped_bytes,
             corrections=self._odometer.corrections,
             reconnections=self._session.reconnections,
             seconds=self.link.now() - self.started,

@@ -64,18 +64,25 @@ def _require(name: str, value: object, fine: bool, wanted: str) -> None:
 class Statistics(NamedTuple):
     """Figures of one connection.
 
-    ``frames_received``, ``frames_ignored`` and ``frames_lost`` are about what came from the robot; ``corrections``
-    counts how often its odometry put the reckoning right, ``reconnections`` how often it was reached again after its
-    link was lost. ``distance_mm`` is by reckoning, there and back counted.
-    ``seconds`` is the time since the connection was made, by the link's clock: a simulated robot's own.
+    ``frames_received``, ``frames_ignored`` and ``frames_lost`` are about what came from the robot;
+    ``resynchronisations`` counts how often the beginning of a frame had to be looked for, ``skipped_bytes`` what
+    belonged to none, ``corrections`` how often its odometry put the reckoning right, ``reconnections`` how often it was
+    reached again after its link was lost. ``repeats`` counts how often the latest set-points were sent again (F6).
+    Nothing is answered: there is no window, and no round trip.
+
+    ``distance_mm`` is by reckoning, there and back counted. ``seconds`` is the time since the connection was made, by
+    the link's clock: a simulated robot's own.
     """
 
     bytes_sent: int
     bytes_received: int
     distance_mm: float
+    repeats: int
     frames_received: int
     frames_ignored: int
     frames_lost: int
+    resynchronisations: int
+    skipped_bytes: int
     corrections: int
     reconnections: int
     seconds: float

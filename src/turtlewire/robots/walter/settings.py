@@ -86,6 +86,11 @@ def _require(name: str, value: object, fine: bool, wanted: str) -> None:
 class Statistics(NamedTuple):
     """Figures of one connection.
 
+    ``window_bytes`` may be under way without an answer (W9). ``retries`` counts overdue answers that were asked for
+    again, ``resynchronisations`` attentions (W7), the first one included, ``malformed_replies`` lines that mean nothing
+    and ``skipped_bytes`` what they had of them, ``unexpected_replies`` answers to nothing that was asked. The round
+    trips are those of queries sent while nothing else was under way; None: there was none.
+
     ``corrections`` counts how often the robot was not where it should be, or answers were lost, and it was asked (W15).
     ``reconnections`` counts how often it was reached again after its link was lost.
     ``seconds`` is the time since the connection was made, by the link's clock: a simulated robot's own.
@@ -95,11 +100,17 @@ class Statistics(NamedTuple):
     bytes_sent: int
     bytes_received: int
     distance_mm: float
+    window_bytes: int
     fences: int
     fences_lost: int
+    retries: int
+    resynchronisations: int
     corrections: int
     malformed_replies: int
     unexpected_replies: int
+    skipped_bytes: int
+    round_trip_median_s: float | None
+    round_trip_max_s: float | None
     reconnections: int
     seconds: float
 
