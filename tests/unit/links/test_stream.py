@@ -8,6 +8,7 @@ import errno
 import math
 import os
 import pty
+import select
 import socket
 import termios
 import tty
@@ -144,6 +145,63 @@ def test_bytes_in_flight_at_close_arrive(device: tuple[int, str]) -> None:
         link.write(bytes(range(200)))
         await link.close()
         assert await heard(near, 200) == bytes(range(200))
+
+    run(main())
+
+
+def test_a_device_that_is_not_read_never_blocks_and_loses_nothing(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        sent = bytes(range(251)) * 200
+        for start in range(0, len(sent), 1000):  # more and more of it waits here
+            link.write(sent[start : start + 1000])
+        begun, fileno = b"", link._connection.fileno
+        assert fileno is not None
+        while not select.select([], [fileno], [], 0.0)[1]:
+            assert select.select([near], [], [], 20.0)[0]
+            begun += os.read(near, 1 << 16)
+        link.write(b"last")  # there would be room for it now, but what waits comes first
+        assert begun + await heard(near, len(sent) + 4 - len(begun)) == sent + b"last"
+        for byte in sent[:100]:
+            link.write(bytes([byte]))
+        assert await heard(near, 100) == sent[:100]
+        await link.close()
+
+    run(main())
+
+
+def test_whoever_listens_is_handed_what_comes(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        os.write(near, b"before")
+        await link._connection.something.wait()
+        got, more = bytearray(), asyncio.Event()
+
+        def receive(data: bytes) -> None:
+            got.extend(data)
+            more.set()
+
+        async def until(text: bytes) -> None:
+            while got != text:
+                await more.wait()
+                more.clear()
+
+        assert link.listen(receive)
+        assert got == b"before"
+        assert await link.read(link.now()) == b""
+        reading = asyncio.create_task(link.read(math.inf))
+        os.write(near, b", after")
+        await until(b"before, after")
+        assert not reading.done()
+        link.wake()
+        assert await reading == b""
+        await link.close()
+        await link.reopen()
+        os.write(near, b", again")
+        await until(b"before, after, again")
+        await link.close()
 
     run(main())
 
