@@ -62,7 +62,7 @@ class TerminalPerson:
             number = list(self._steps).index(trial.step) + 1
             output.tell(f"\n{number}. {trial.step}: {self._steps[trial.step]}")
         output.tell(f"\n  {trial.does}{' ' if trial.needs else ''}{trial.needs}")
-        if trial.act is None:
+        if trial.act is None and trial.questions:
             return None
         while (text := _line(GO)) not in CHOICES:
             if not text:

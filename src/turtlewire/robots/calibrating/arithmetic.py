@@ -81,6 +81,12 @@ def speed_curve(dead_pwm: int, points: Sequence[tuple[int, float]]) -> SpeedCurv
     return SpeedCurve(dead_pwm=dead_pwm, mm_per_s_per_pwm=slope, table=tuple(points))
 
 
+def with_dead_band(curve: SpeedCurve, dead_pwm: int) -> SpeedCurve:
+    """The curve with another dead band, and what of the rest of it still makes sense."""
+    table = tuple(point for point in curve.table if point[0] > dead_pwm)
+    return SpeedCurve(dead_pwm=dead_pwm, mm_per_s_per_pwm=curve.mm_per_s_per_pwm, table=table)
+
+
 def dead_band(slow: tuple[int, float], fast: tuple[int, float]) -> float:
     """The PWM at which a line through two points (PWM, mm/s) comes to a standstill."""
     (x0, y0), (x1, y1) = slow, fast

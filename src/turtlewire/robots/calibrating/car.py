@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 from turtlewire.robots.calibrating import arithmetic
 from turtlewire.robots.calibrating.arithmetic import Timed, rounded
-from turtlewire.robots.calibrating.driving import LONG_PART, LOOK_S, PARTS, SAME_PART, DrivenProcedure
+from turtlewire.robots.calibrating.driving import (
+    LONG_PART,
+    LOOK_S,
+    PARTS,
+    SAME_PART,
+    DrivenProcedure,
+)
 from turtlewire.robots.calibrating.procedure import REST_S, numbers
 from turtlewire.robots.calibrating.trials import Plan, Quantity, Question
 from turtlewire.robots.calibration import FULL_PWM, CarCalibration
@@ -31,9 +37,9 @@ class CarProcedure(DrivenProcedure["Car"]):
     """The steps of a car's calibration."""
 
     STEPS: ClassVar[dict[str, str]] = {
+        "dead_band": "which PWM just does not move it",
         "steering": "what circles it drives, and which steering goes straight",
         "speed": "how fast it drives ahead, and how it starts and stops",
-        "dead_band": "which PWM just does not move it",
         "backward": "how fast it drives back",
         "steering_time": "how long its front wheels take from one lock to the other",
         "rest": "how long it takes to stand still",
@@ -44,13 +50,14 @@ class CarProcedure(DrivenProcedure["Car"]):
     def __init__(self, robot: Car, calibration: CarCalibration, plan: Plan) -> None:
         super().__init__(robot, calibration, plan)
         self._old = calibration
-        # What was measured of the speed: (PWM, mm/s), ahead and back.
-        self._points: dict[int, list[tuple[int, float]]] = {}
+        # What was measured: mm/s by PWM, ahead above 0; and the dead band, ahead (1) and back (-1).
+        self._points: dict[int, float] = {}
+        self._dead: dict[int, int] = {}
 
     def _speed_at(self, pwm: int) -> float:
         return self.calibration.curve(pwm).speed_mm_per_s(abs(pwm))
 
-    def _strength(self, part: float) -> int:
+    def _portion(self, part: float) -> int:
         return self.calibration.forward.portion(part)
 
     def _scale(self, factor: float) -> None:
@@ -70,29 +77,33 @@ class CarProcedure(DrivenProcedure["Car"]):
 
     # ------------------------------------------------------------------ speed
 
+    def _get_to_know(self) -> Trials[None]:
+        """How fast it is, about: what follows is planned by that."""
+        if not self._is_known:
+            pwm = self._strength(PARTS[0])
+            yield from self._distance(pwm, self._seconds(pwm, LONG_PART))
+
     def _measure_speed(self) -> Trials[None]:
+        yield from self._get_to_know()
         yield from self._speeds(1)
 
     def _measure_backward(self) -> Trials[None]:
+        yield from self._get_to_know()
         yield from self._speeds(-1)
         if self.calibration.backward is not None:
             yield from self._dead_band(-1)
 
     def _speeds(self, direction: int) -> Trials[None]:
-        name = "forward" if direction > 0 else "backward"
-        points: list[tuple[int, float]] = []
-        for part in PARTS:
-            pwm = self.calibration.curve(direction).portion(part)
-            if direction > 0 and part == PARTS[0]:
+        old = self._old.curve(direction)
+        for pwm in [direction * self._strength(part) for part in PARTS]:
+            if pwm == self._strength(PARTS[0]):
                 speeds = yield from self._first_speeds(pwm)
             else:
-                speeds = yield from self._more_speeds(direction * pwm, self.plan.repeats)
-            self._find(f"{name} at PWM {pwm}", "mm/s", self._old.curve(direction).speed_mm_per_s(pwm), speeds)
+                speeds = yield from self._more_speeds(pwm)
+            self._find(f"{_name(direction)} at PWM {abs(pwm)}", "mm/s", old.speed_mm_per_s(abs(pwm)), speeds)
             if speeds:
-                points.append((pwm, rounded(fmean(speeds))))
-        if points:
-            self._points[direction] = sorted(points)
-            self._set_curve(direction)
+                self._points[pwm] = rounded(fmean(speeds))
+        self._set_curve(direction)
 
     def _first_speeds(self, pwm: int) -> Trials[list[float]]:
         """By a short and a long drive each, which also tell what starting and stopping make of a drive."""
@@ -103,7 +114,6 @@ class CarProcedure(DrivenProcedure["Car"]):
                 driven = yield from self._distance(pwm, seconds)
                 if driven is None:
                     break
-                self._learn(pwm, seconds, driven)
                 timed.append(Timed(seconds, driven))
             if len(timed) == 2:
                 speed, overrun = arithmetic.rate_and_overrun(*timed)
@@ -112,37 +122,43 @@ class CarProcedure(DrivenProcedure["Car"]):
         self._find_overrun(overruns)
         return speeds
 
-    def _more_speeds(self, pwm: int, repeats: int) -> Trials[list[float]]:
+    def _more_speeds(self, pwm: int) -> Trials[list[float]]:
         speeds = []
-        for _ in range(repeats):
+        for _ in range(self.plan.repeats):
             seconds = self._seconds(pwm, LONG_PART)
             driven = yield from self._distance(pwm, seconds)
             if driven is not None:
-                self._learn(pwm, seconds, driven)
                 speeds.append(driven / (seconds + self.calibration.overrun_s))
         return speeds
 
     def _distance(self, pwm: int, seconds: float) -> Trials[float | None]:
+        """How far it gets; None: skipped."""
         way = "ahead" if pwm > 0 else "back"
         question = Question(text=f"How far did it go {way}?", quantity=Quantity.DISTANCE)
         found = numbers((yield self._drive(pwm, seconds, question)).answers)
-        return None if found is None else found[0]
+        if found is None:
+            return None
+        self._learn(pwm, seconds, found[0])
+        return found[0]
 
-    def _set_curve(self, direction: int, dead_pwm: int | None = None) -> None:
-        """From what was measured of the speed; the dead band where it was found, or where a line through that ends."""
-        points = self._points[direction]
-        curve = self.calibration.curve(direction)
-        if dead_pwm is None:
-            dead_pwm = curve.dead_pwm
-            if len(points) > 1:
-                dead_pwm = max(0, round(arithmetic.dead_band(points[0], points[1])))
-        dead_pwm = min(dead_pwm, points[0][0] - 1)
-        curve = arithmetic.speed_curve(dead_pwm, points)
-        ahead = self.calibration.forward
-        if direction < 0 and all(abs(v / ahead.speed_mm_per_s(pwm) - 1.0) <= SAME_PART for pwm, v in points):
-            self._set(backward=None)
-        else:
-            self._set(**{"forward" if direction > 0 else "backward": curve})
+    def _set_curve(self, direction: int) -> None:
+        """From what was measured: speeds, and the dead band; where only one of them was, the other stays."""
+        points = sorted((abs(pwm), speed) for pwm, speed in self._points.items() if pwm * direction > 0)
+        curve, ahead = self.calibration.curve(direction), self.calibration.forward
+        dead = self._dead.get(direction)
+        if not points and dead is not None:
+            curve = arithmetic.with_dead_band(curve, dead)
+        elif points:
+            if dead is None:
+                dead = (
+                    round(arithmetic.dead_band(points[0], points[1])) if len(points) > 1 else curve.dead_pwm
+                )
+            curve = arithmetic.speed_curve(max(0, min(dead, points[0][0] - 1)), points)
+        if direction > 0:
+            self._set(forward=curve)
+        elif points:
+            is_same = all(abs(v / ahead.speed_mm_per_s(pwm) - 1.0) <= SAME_PART for pwm, v in points)
+            self._set(backward=None if is_same else curve)
 
     # ------------------------------------------------------------------ the dead band
 
@@ -150,22 +166,21 @@ class CarProcedure(DrivenProcedure["Car"]):
         yield from self._dead_band(1)
 
     def _dead_band(self, direction: int) -> Trials[None]:
-        curve = self.calibration.curve(direction)
-        name = "forward" if direction > 0 else "backward"
-        points = self._points.setdefault(direction, [(FULL_PWM, curve.full_mm_per_s), *curve.table][-1:])
-        found = yield from self._threshold(
-            0, points[0][0], curve.dead_pwm + 1, lambda pwm: self._yes(self._move(direction * pwm))
-        )
         old = self._old.curve(direction).dead_pwm
-        self._find(f"{name}.dead_pwm", "PWM", old, [] if found is None else [found - 1])
+        guess = self.calibration.curve(direction).dead_pwm + 1
+        found = yield from self._threshold(
+            0, FULL_PWM, guess, lambda pwm: self._yes(self._move(direction * pwm))
+        )
+        self._find(f"{_name(direction)}.dead_pwm", "PWM", old, [] if found is None else [found - 1])
         if found is not None:
-            self._set_curve(direction, found - 1)
+            self._dead[direction] = found - 1
+            self._set_curve(direction)
 
     def _move(self, pwm: int) -> Trial:
-        way = "ahead" if pwm > 0 else "back"
         return self._trial(
-            f"It tries to drive {way} at PWM {abs(pwm)} for {LOOK_S:g} s: a little, or not at all.",
-            "It may stand where it is, with 0.3 m free around it.",
+            f"It tries to drive {'ahead' if pwm > 0 else 'back'} at PWM {abs(pwm)} for {LOOK_S:g} s: a little, or "
+            "not at all.",
+            f"It may stand where it is, with {self._space(self._expected(pwm, LOOK_S))} free around it.",
             lambda _: self._held(pwm, LOOK_S),
             Question(text="Did it move?", quantity=Quantity.MOVED),
         )
@@ -181,8 +196,7 @@ class CarProcedure(DrivenProcedure["Car"]):
             high=2000.0,
             why="or it is no car for a table",
         )
-        if not self._is_known:  # how fast it is, about
-            yield from self._more_speeds(self._strength(STEERING_PART), 1)
+        yield from self._get_to_know()
         trial = self._trial("It stands. Take a ruler.", "", None, ruler)
         measured = numbers((yield trial).answers)
         self._find("wheelbase_mm", "mm", old.wheelbase_mm, measured or [])
@@ -262,6 +276,11 @@ class CarProcedure(DrivenProcedure["Car"]):
         found = yield from self._time(present, trial)
         self._find("steer_s", "s", present, [] if found is None else [found])
         self._set(steer_s=self._changed("steer_s", present))
+
+
+def _name(direction: int) -> str:
+    """What the calibration calls the curve of a direction."""
+    return "forward" if direction > 0 else "backward"
 
 
 def _within(question: Question, limits: tuple[float, float]) -> Question:

@@ -13,16 +13,18 @@ from turtlewire.robots.calibrating.procedure import (
     FIRST_PART,
     KNOWN,
     LEAST_S,
+    LIKELY,
     MOST_S,
     UNKNOWN,
     Procedure,
     RobotT,
+    short_and_long,
 )
 from turtlewire.robots.calibrating.trials import Quantity, Question
 from turtlewire.robots.calibration import CarCalibration, SpeedCurve, TwoEngineCalibration, lines
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from turtlewire.robots.calibrating.procedure import Trials
     from turtlewire.robots.calibrating.trials import Plan, Signal, Trial
@@ -31,11 +33,14 @@ if TYPE_CHECKING:
 PARTS = (0.5, 1.0, 0.25)
 SHORT_PART, LONG_PART = 0.25, 0.75
 # So long it is looked whether a PWM moves it.
-LOOK_S = 1.5
+LOOK_S = 1.0
+# No calibration has more; what seems to be is something else.
+MOST_OVERRUN_S = 1.0
 # What goes both ways as fast as this, as a part of it, needs no values of its own for the way back.
 SAME_PART = 0.02
 # A bell that rings while it still moves: it is driven so far before.
 ROLL_PART = 0.3
+ARC_PART = 0.3
 
 
 class DrivenProcedure(Procedure[RobotT]):
@@ -51,10 +56,22 @@ class DrivenProcedure(Procedure[RobotT]):
         super().__init__(robot, plan)
         self.calibration = calibration
         self._is_known = False
+        self._strengths: dict[float, int] = {}
+        # How fast it was the last time, by PWM, ahead above 0.
+        self._measured: dict[int, float] = {}
 
     def lines(self) -> Mapping[str, Any]:
         """What was found, as lines of the robot's table in ``robots.toml``."""
         return {"calibration": lines(self.calibration)} if self.found else {}
+
+    def _keep(self) -> Callable[[], None]:
+        found, calibration = super()._keep(), self.calibration
+
+        def restore() -> None:
+            found()
+            self.calibration = calibration
+
+        return restore
 
     def _set(self, **values: Any) -> None:
         self.calibration = msgspec.structs.replace(self.calibration, **values)
@@ -88,29 +105,36 @@ class DrivenProcedure(Procedure[RobotT]):
         if not self._is_known:
             self._scale(driven_mm / (self._expected(pwm, seconds)))
             self._is_known = True
+        self._measured[pwm] = driven_mm / (seconds + self.calibration.overrun_s)
 
     def _expected(self, pwm: int, seconds: float) -> float:
         """How far it should get."""
-        return self._speed_at(pwm) * (seconds + self.calibration.overrun_s)
+        speed = self._measured.get(pwm) or self._speed_at(pwm)
+        return speed * (seconds + self.calibration.overrun_s)
 
     def _seconds(self, pwm: int, part: float) -> float:
         """How long to drive for a part of the space."""
         if not self._is_known:
             part = min(part, FIRST_PART)
-        seconds = part * self.plan.space_mm / self._speed_at(pwm) - self.calibration.overrun_s
+        speed = self._measured.get(pwm) or self._speed_at(pwm)
+        seconds = part * self.plan.space_mm / speed - self.calibration.overrun_s
         return round(min(MOST_S, max(LEAST_S, seconds)), 2)
 
-    def _durations(self, pwm: int) -> Iterator[float]:
-        """A short drive, and a long one, which is planned when the short one is over."""
-        short_s = self._seconds(pwm, SHORT_PART)
-        yield short_s
-        yield max(2.0 * short_s, self._seconds(pwm, LONG_PART))
+    def _durations(self, pwm: int) -> tuple[float, float]:
+        """A short drive and a long one."""
+        return short_and_long(self._seconds(pwm, SHORT_PART), self._seconds(pwm, LONG_PART))
 
-    def _plausible(self, question: Question, expected_mm: float) -> Question:
+    def _plausible(self, question: Question, pwm: int, expected_mm: float) -> Question:
         """The question, with the answers that are plausible, by what is known so far."""
-        factors = KNOWN if self._is_known else UNKNOWN
-        why = "by what is known of it so far" if self._is_known else "or its motors are off"
-        return replace(question, low=expected_mm * factors[0], high=expected_mm * factors[1], why=why)
+        if pwm in self._measured:
+            factors, why = KNOWN, "by what was measured before"
+        elif self._is_known:
+            factors, why = LIKELY, "by what is known of it so far"
+        else:
+            factors, why = UNKNOWN, "or its motors are off"
+        # What goes ahead in an arc gets less far ahead.
+        low = factors[0] if question.quantity is Quantity.DISTANCE else ARC_PART * factors[0]
+        return replace(question, low=expected_mm * low, high=expected_mm * factors[1], why=why)
 
     def _space(self, expected_mm: float) -> str:
         """How much space a drive needs, for people."""
@@ -127,7 +151,7 @@ class DrivenProcedure(Procedure[RobotT]):
             f"It drives {way} at PWM {abs(pwm)} for {seconds:g} s: about {expected:.0f} mm.",
             f"Put it on the start line, with {self._space(expected)} free {side} it.",
             act or (lambda _: self._held(pwm, seconds)),
-            self._plausible(questions[0], expected),
+            self._plausible(questions[0], pwm, expected),
             *questions[1:],
         )
 
@@ -158,13 +182,18 @@ class DrivenProcedure(Procedure[RobotT]):
         self._find("settle_s", "s", present, [] if found is None else [found])
         self._set(settle_s=self._changed("settle_s", present))
 
-    @abstractmethod
     def _strength(self, part: float) -> int:
-        """The PWM for a part of the driving range."""
+        """The PWM for a part of the driving range; once used, it stays, whatever is found out meanwhile."""
+        return self._strengths.setdefault(part, self._portion(part))
+
+    @abstractmethod
+    def _portion(self, part: float) -> int:
+        """The PWM for a part of the driving range, as far as that is known."""
 
     def _find_overrun(self, overruns: list[float]) -> None:
         present = self.calibration.overrun_s
-        self._find("overrun_s", "s", present, [round(overrun, 4) for overrun in overruns])
+        overruns = [round(overrun, 4) for overrun in overruns if abs(overrun) <= MOST_OVERRUN_S]
+        self._find("overrun_s", "s", present, overruns)
         self._set(overrun_s=self._changed("overrun_s", present))
         if overruns:
             self._set(overrun_s=round(self.calibration.overrun_s, 3))

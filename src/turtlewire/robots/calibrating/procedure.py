@@ -7,7 +7,7 @@ from collections.abc import Generator
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 
-from turtlewire.errors import UsageError
+from turtlewire.errors import DataError, UsageError
 from turtlewire.robots.calibrating.arithmetic import rounded
 from turtlewire.robots.calibrating.trials import Finding, Outcome, Trial
 
@@ -25,11 +25,15 @@ Trials = Generator[Trial, Outcome, T]
 REST_S = 1.0
 # A drive takes no less and no more than this: a clock is not exact, and nobody wants to wait.
 LEAST_S, MOST_S = 0.2, 8.0
+# A short drive is no longer than this part of a long one.
+SHORTER = 0.4
 # A robot of which nothing is known yet is first driven so far, as a part of the space: it may be three times as fast.
 FIRST_PART = 0.25
-# How much an answer may differ from what was expected: by these factors while nothing is known, and afterwards.
+# How much an answer may differ from what was expected: by these factors while nothing is known, while only other
+# motions are, and when the same was measured before.
 UNKNOWN = (0.2, 5.0)
-KNOWN = (0.7, 1.4)
+LIKELY = (0.4, 2.5)
+KNOWN = (0.75, 1.33)
 # Times are found out to this, in seconds; none is longer than that.
 TIME_S = 0.01
 LONGEST_S = 2.56
@@ -74,7 +78,22 @@ class Procedure(ABC, Generic[RobotT]):
         for name in self.STEPS:
             if self.plan.steps is None or name in self.plan.steps:
                 self._step = name
-                yield from getattr(self, f"_measure_{name}")()
+                restore = self._keep()
+                try:
+                    yield from getattr(self, f"_measure_{name}")()
+                except DataError as error:
+                    restore()
+                    text = f"What was measured in this step makes no robot, and is left out: {error}"
+                    yield self._trial(text, "", None)
+
+    def _keep(self) -> Callable[[], None]:
+        """What takes back whatever is found from now on."""
+        found = dict(self.found)
+
+        def restore() -> None:
+            self.found = found
+
+        return restore
 
     @abstractmethod
     def lines(self) -> Mapping[str, Any]:
@@ -103,7 +122,8 @@ class Procedure(ABC, Generic[RobotT]):
         First at the present value, then twice as late until it is over, then half way between. None: skipped.
         """
         still, over = 0, 0  # in hundredths, as far as known
-        at, longest = max(1, round(present_s / TIME_S)), round(LONGEST_S / TIME_S)
+        longest = round(LONGEST_S / TIME_S)
+        at = min(longest, max(1, round(present_s / TIME_S)))
         while True:
             moves = (yield trial(at * TIME_S)).answers[0]
             if moves is None:
@@ -145,6 +165,12 @@ def numbers(answers: Sequence[Answer]) -> list[float] | None:
     """Answers that are numbers; None if any of them was skipped."""
     found = [float(answer) for answer in answers if isinstance(answer, float | int)]
     return found if len(found) == len(answers) else None
+
+
+def short_and_long(short_s: float, long_s: float) -> tuple[float, float]:
+    """Two durations, each within what is sensible, that differ enough to tell a rate by."""
+    long_s = round(min(MOST_S, max(LEAST_S, long_s)), 2)
+    return round(min(max(LEAST_S / 2.0, short_s), SHORTER * long_s), 2), long_s
 
 
 class Person(Protocol):

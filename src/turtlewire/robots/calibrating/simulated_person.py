@@ -6,18 +6,21 @@ import math
 import random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from turtlewire.errors import DataError, LimitReachedError, PoseUncertainError
+from turtlewire.robots.calibrating.procedure import Choice
 from turtlewire.robots.calibrating.trials import Quantity
 from turtlewire.turtle import Pose, direction
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from turtlewire.robots.calibrating.procedure import Choice
     from turtlewire.robots.calibrating.trials import Answer, Question, Signal, Trial
 
 # What moves less than this, nobody sees move.
 VISIBLE_MM = 0.5
 VISIBLE_DEG = 0.5
+# Trials that a bad line or a wall has spoilt; after so many, something is wrong.
+MOST_FAILURES = 20
 
 
 class Sight(NamedTuple):
@@ -49,6 +52,7 @@ class SimulatedPerson:
         self._tell = tell
         self._before = self._rung = self._after = self._see()
         self._heard: list[str] = []
+        self._failures = 0
 
     def _see(self) -> Sight:
         body = self._body
@@ -76,6 +80,12 @@ class SimulatedPerson:
         self._body.events = listen
         try:
             reading = act(self._ring)
+        except (PoseUncertainError, LimitReachedError) as error:
+            self._failures += 1
+            if self._failures > MOST_FAILURES:
+                raise
+            self._tell(f"  this does not count: {error}")
+            return Choice.REPEAT
         finally:
             self._body.events = others
         self._after = self._see()
@@ -85,10 +95,15 @@ class SimulatedPerson:
         self._rung = self._see()
 
     def answer(self, question: Question) -> Answer:
-        """By what was seen."""
+        """By what was seen. Raises ``DataError`` for what cannot be."""
         found = self._measured(question.quantity)
         if isinstance(found, float) and self._noise:
             found += self._random.gauss(0.0, self._noise)
+        if isinstance(found, float) and not question.low <= found <= question.high:
+            raise DataError(
+                f"the simulated robot is too far from how it is driven: {question.text} {found:.1f} {question.unit}, "
+                f"where {question.low:.0f} to {question.high:.0f} would be plausible. Measure all steps, in order"
+            )
         self._tell(
             f"  {question.text} {f'{found:.1f}' if isinstance(found, float) else found} {question.unit}"
         )

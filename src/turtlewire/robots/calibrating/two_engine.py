@@ -6,11 +6,16 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-import msgspec
-
 from turtlewire.robots.calibrating import arithmetic
 from turtlewire.robots.calibrating.arithmetic import Timed, Way, rounded
-from turtlewire.robots.calibrating.driving import LONG_PART, LOOK_S, PARTS, SAME_PART, DrivenProcedure
+from turtlewire.robots.calibrating.driving import (
+    LONG_PART,
+    LOOK_S,
+    PARTS,
+    SAME_PART,
+    DrivenProcedure,
+)
+from turtlewire.robots.calibrating.engines import EngineSteps
 from turtlewire.robots.calibrating.pen import PenSteps
 from turtlewire.robots.calibrating.procedure import LEAST_S, MOST_S, REST_S, numbers
 from turtlewire.robots.calibrating.trials import Plan, Quantity, Question
@@ -18,15 +23,13 @@ from turtlewire.robots.calibration import FULL_PWM, SpeedCurve, TwoEngineCalibra
 
 if TYPE_CHECKING:
     from turtlewire.robots.calibrating.procedure import Trials
-    from turtlewire.robots.calibrating.trials import Signal, Trial
+    from turtlewire.robots.calibrating.trials import Signal
     from turtlewire.robots.two_engine import Settings, TwoEngine
 
 # It turns on the spot by about so much: whole turns are easy to count, and the angle is exact.
 TURN_DEG = 1080.0
 # What it may turn instead, before it is known.
-TURN_FACTORS = (0.5, 2.0)
-ENGINE_S = 0.6
-WAYS = ("left", "left back", "right", "right back", "none")
+TURN_FACTORS = (0.3, 4.0)
 WHICH = ("none", "left", "right", "both")
 SIDES = ("left", "right")
 
@@ -39,7 +42,7 @@ class Drive(NamedTuple):
     ticks: tuple[int, int] | None
 
 
-class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
+class TwoEngineProcedure(DrivenProcedure["TwoEngine"], EngineSteps, PenSteps):
     """The steps of a two-engine robot's calibration.
 
     Where its dialect speaks of mm/s, the robot keeps its speeds by itself: then what is told are mm/s, and of its
@@ -48,8 +51,8 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
 
     STEPS: ClassVar[dict[str, str]] = {
         "engines": "which engine turns which wheel, and which way",
-        "speed": "how fast each wheel turns ahead, and how it starts and stops",
         "dead_band": "which PWM just does not turn a wheel",
+        "speed": "how fast each wheel turns ahead, and how it starts and stops",
         "backward": "how fast each wheel turns back",
         "track": "how far its wheels are apart",
         "rest": "how long it takes to stand still",
@@ -65,9 +68,9 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
         assert dialect is not None
         names = {entry.message_type.name(): entry.message_type for entry in dialect.entries}
         self.servos = dialect.counts.get("servos", 0) if "set_servo_position" in names else 0
-        self._engines = dialect.counts.get("engines", 0) if "engine_forward" in names else 0
+        self.engines = dialect.counts.get("engines", 0) if "engine_forward" in names else 0
         self._most = FULL_PWM
-        if not self._engines:
+        if not self.engines:
             self._most = min(int(field.high) for field in names["set_wheel_speeds"].FIELDS)
         self._old = settings.calibration
         # What was driven, by what was told, ahead above 0; and turned on the spot.
@@ -75,16 +78,15 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
         self._dead: dict[tuple[str, int], int] = {}
 
     def _speed_at(self, pwm: int) -> float:
-        if not self._engines:
+        if not self.engines:
             return min(float(abs(pwm)), self.calibration.full_mm_per_s)
         left, right = self.calibration.left_curve(pwm), self.calibration.right_curve(pwm)
         return (left.speed_mm_per_s(abs(pwm)) + right.speed_mm_per_s(abs(pwm))) / 2.0
 
-    def _strength(self, part: float) -> int:
-        if not self._engines:
+    def _portion(self, part: float) -> int:
+        if not self.engines:
             return round(part * min(self._most, self.calibration.full_mm_per_s))
-        # The same ahead and back, whatever is found out meanwhile: what was driven both ways tells how wide it is.
-        return max(curve.portion(part) for curve in (self._old.left, self._old.right))
+        return max(curve.portion(part) for curve in (self.calibration.left, self.calibration.right))
 
     def _scale(self, factor: float) -> None:
         self._scale_curves((_name(side, way) for side in SIDES for way in (1, -1)), factor)
@@ -101,57 +103,18 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
     def _rest(self) -> None:
         self.robot.wait(REST_S)
 
-    # ------------------------------------------------------------------ engines
-
-    def _measure_engines(self) -> Trials[None]:
-        """Each engine is tried alone; the first ones that turn a wheel each are those of the wheels."""
-        found: dict[str, tuple[int, bool]] = {}
-        present = [self.calibration.left_engine, self.calibration.right_engine]
-        others = [number for number in range(self._engines) if number not in present]
-        for number in [*present, *others] if self._engines else ():
-            answer = (yield self._engine(number)).answers[0]
-            if isinstance(answer, str) and answer != "none":
-                side, _, back = answer.partition(" ")
-                found.setdefault(side, (number, bool(back)))
-            if len(found) == 2:
-                break
-        if len(found) < 2:
-            return
-        for side, (number, is_reversed) in found.items():
-            self._find(f"{side}_engine", "", getattr(self._old, f"{side}_engine"), [str(number)])
-            was = str(getattr(self._old, f"{side}_reversed")).lower()
-            self._find(f"{side}_reversed", "", was, [str(is_reversed).lower()])
-        self._set(
-            **{f"{side}_engine": number for side, (number, _) in found.items()},
-            **{f"{side}_reversed": is_reversed for side, (_, is_reversed) in found.items()},
-        )
-
-    def _engine(self, number: int) -> Trial:
-        def act(_: Signal) -> None:
-            alone = msgspec.structs.replace(
-                self.calibration,
-                left_engine=number,
-                right_engine=0 if number else 1,
-                left_reversed=False,
-                right_reversed=False,
-            )
-            self.robot.recalibrate(alone)
-            self.robot.hold(self.calibration.left.portion(PARTS[0]), 0, ENGINE_S)
-            self._rest()
-
-        return self._trial(
-            f"Engine {number} turns forward for {ENGINE_S:g} s.",
-            "It may stand where it is, with 0.3 m free around it. Watch its wheels.",
-            act,
-            Question(
-                text="Which wheel turned, and did it turn back?", quantity=Quantity.WHEEL_WAY, choices=WAYS
-            ),
-        )
-
     # ------------------------------------------------------------------ speed
 
+    def _get_to_know(self) -> Trials[None]:
+        """How fast it is, about: what follows is planned by that."""
+        if not self._is_known:
+            pwm = self._strength(PARTS[0])
+            yield from self._straight_on(pwm, self._seconds(pwm, LONG_PART))
+            self._drives.clear()  # too short to count
+
     def _measure_speed(self) -> Trials[None]:
-        if not self._engines:
+        yield from self._get_to_know()
+        if not self.engines:
             yield from self._full_speed()
             return
         for part in PARTS:
@@ -159,8 +122,9 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
         self._solve()
 
     def _measure_backward(self) -> Trials[None]:
-        if not self._engines or not self.robot.goes_backward:
+        if not self.engines or not self.robot.goes_backward:
             return
+        yield from self._get_to_know()
         for part in PARTS:
             yield from self._driven(-self._strength(part))
         self._solve()
@@ -208,7 +172,7 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
         if found is None:
             return None
         way = arithmetic.way(math.copysign(found[0], pwm), found[1], backwards=pwm < 0)
-        self._learn(pwm, seconds, found[0])
+        self._learn(pwm, seconds, abs(way.length_mm))
         ticks: Any = outcome.reading
         self._drives.setdefault(pwm, []).append(Drive(seconds, way, ticks))
         return way
@@ -218,14 +182,13 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
         return arithmetic.wheels(drive.way, seconds, self.calibration.track_mm)
 
     def _solve(self) -> None:
-        """The curves of the wheels, from all that was driven, as far as the wheels are known to be apart."""
-        for direction in (1, -1) if self._engines else ():
+        """The curves of the wheels, from all that was measured, as far as the wheels are known to be apart."""
+        for direction in (1, -1) if self.engines else ():
             pwms = sorted((pwm for pwm in self._drives if pwm * direction > 0), key=abs)
-            speeds = {pwm: [self._wheels(drive) for drive in self._drives[pwm]] for pwm in pwms}
-            for number, side in enumerate(SIDES if pwms else ()):
+            for number, side in enumerate(SIDES):
                 points = []
                 for pwm in pwms:
-                    values = [abs(speed[number]) for speed in speeds[pwm]]
+                    values = [abs(self._wheels(drive)[number]) for drive in self._drives[pwm]]
                     way = "" if direction > 0 else " back"
                     old = getattr(self._old, f"{side}_curve")(direction).speed_mm_per_s(abs(pwm))
                     self._find(f"{side}{way} at PWM {abs(pwm)}", "mm/s", old, values)
@@ -233,44 +196,49 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
                 self._set_curve(side, direction, points)
 
     def _set_curve(self, side: str, direction: int, points: list[tuple[int, float]]) -> None:
+        """Where only speeds or only a dead band were measured, the other stays."""
+        curve: SpeedCurve = getattr(self.calibration, f"{side}_curve")(direction)
         ahead: SpeedCurve = getattr(self.calibration, side)
         dead = self._dead.get((side, direction))
-        if dead is None:
-            dead = ahead.dead_pwm
-            if len(points) > 1:
-                dead = max(0, round(arithmetic.dead_band(points[0], points[1])))
-        curve = arithmetic.speed_curve(min(dead, points[0][0] - 1), points)
-        is_same = all(abs(speed / ahead.speed_mm_per_s(pwm) - 1.0) <= SAME_PART for pwm, speed in points)
-        self._set(**{_name(side, direction): None if direction < 0 and is_same else curve})
+        if not points and dead is not None:
+            curve = arithmetic.with_dead_band(curve, dead)
+        elif points:
+            if dead is None:
+                dead = (
+                    round(arithmetic.dead_band(points[0], points[1])) if len(points) > 1 else curve.dead_pwm
+                )
+            curve = arithmetic.speed_curve(max(0, min(dead, points[0][0] - 1)), points)
+        if direction > 0:
+            self._set(**{side: curve})
+        elif points:
+            is_same = all(abs(speed / ahead.speed_mm_per_s(pwm) - 1.0) <= SAME_PART for pwm, speed in points)
+            self._set(**{_name(side, direction): None if is_same else curve})
 
     # ------------------------------------------------------------------ the dead band
 
     def _measure_dead_band(self) -> Trials[None]:
-        if self._engines:
+        if self.engines:
             yield from self._dead_band(1)
 
     def _dead_band(self, direction: int) -> Trials[None]:
         seen: dict[int, str] = {}
-        driven = [abs(pwm) for pwm in self._drives if pwm * direction > 0]
         for side in SIDES:
-            curve: SpeedCurve = getattr(self.calibration, f"{side}_curve")(direction)
-            found = yield from self._threshold(
-                0,
-                min(driven, default=curve.portion(PARTS[-1])),
-                curve.dead_pwm + 1,
-                lambda pwm, side=side: self._turns(side, direction * pwm, seen),  # type: ignore[misc]
-            )
+            found = yield from self._least(side, direction, seen)
             old = getattr(self._old, f"{side}_curve")(direction).dead_pwm
             name = f"{_name(side, direction)}.dead_pwm"
             self._find(name, "PWM", old, [] if found is None else [found - 1])
             if found is not None:
                 self._dead[side, direction] = found - 1
         self._solve()
-        for side in SIDES if not driven else ():
-            curve = getattr(self.calibration, f"{side}_curve")(direction)
-            dead = self._dead.get((side, direction), curve.dead_pwm)
-            points = curve.table or ((FULL_PWM, curve.full_mm_per_s),)
-            self._set(**{_name(side, direction): arithmetic.speed_curve(dead, points)})
+
+    def _least(self, side: str, direction: int, seen: dict[int, str]) -> Trials[int | None]:
+        """The least PWM that turns a wheel."""
+        guess = getattr(self.calibration, f"{side}_curve")(direction).dead_pwm + 1
+        return (
+            yield from self._threshold(
+                0, FULL_PWM, guess, lambda pwm: self._turns(side, direction * pwm, seen)
+            )
+        )
 
     def _turns(self, side: str, pwm: int, seen: dict[int, str]) -> Trials[bool | None]:
         """Whether a wheel turns at a PWM. Both are tried at the same time."""
@@ -279,7 +247,8 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
             answer = (
                 yield self._trial(
                     f"Both wheels try to turn {way} at PWM {abs(pwm)} for {LOOK_S:g} s: a little, or not at all.",
-                    "It may stand where it is, with 0.3 m free around it. Watch its wheels.",
+                    f"It may stand where it is, with {self._space(self._expected(pwm, LOOK_S))} free around it. "
+                    "Watch its wheels.",
                     lambda _: self._held(pwm, LOOK_S),
                     Question(text="Which wheels turned?", quantity=Quantity.WHEELS, choices=WHICH),
                 )
@@ -332,7 +301,7 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], PenSteps):
         if ahead is None or back is None:
             left, right = self.calibration.left_curve(sign), self.calibration.right_curve(-sign)
             speeds = [left.speed_mm_per_s(told), right.speed_mm_per_s(told)]
-            return (sum(speeds) if self._engines else 2.0 * told) / abs(rate)
+            return (sum(speeds) if self.engines else 2.0 * told) / abs(rate)
         # A turn to the left is one to the right, seen in a mirror.
         ahead, back = (way._replace(turned_rad=sign * way.turned_rad) for way in (ahead, back))
         return arithmetic.track(abs(rate), (ahead, 1.0), (back, 1.0))
@@ -378,8 +347,8 @@ def _questions(pwm: int, expected_mm: float) -> tuple[Question, Question]:
         Question(
             text="How far did it get to the right of that line? To the left: minus.",
             quantity=Quantity.ASIDE,
-            low=-0.7 * expected_mm,
-            high=0.7 * expected_mm,
+            low=-1.5 * expected_mm,
+            high=1.5 * expected_mm,
             why="for so long a drive",
         ),
     )

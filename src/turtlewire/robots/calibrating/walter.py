@@ -14,11 +14,12 @@ from turtlewire.robots.calibrating.procedure import (
     REST_S,
     UNKNOWN,
     Procedure,
+    short_and_long,
 )
 from turtlewire.robots.calibrating.trials import Plan, Quantity, Question
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from turtlewire.robots.calibrating.procedure import Trials
     from turtlewire.robots.walter import Settings, Walter
@@ -49,6 +50,15 @@ class WalterProcedure(Procedure["Walter"]):
         """What was found, as lines of the robot's table in ``robots.toml``."""
         return {name: getattr(self.settings, name) for name, found in self.found.items() if found.values}
 
+    def _keep(self) -> Callable[[], None]:
+        found, settings = super()._keep(), self.settings
+
+        def restore() -> None:
+            found()
+            self.settings = settings
+
+        return restore
+
     def _settle(self, name: str, unit: str, values: list[float]) -> None:
         present = getattr(self.settings, name)
         self._find(name, unit, present, values)
@@ -67,24 +77,21 @@ class WalterProcedure(Procedure["Walter"]):
 
     def _rates(self, name: str, short: float, long: float, quantity: Quantity) -> Trials[list[float]]:
         """The rate for each unit, by a short and a long motion each; it is driven by hand, for a time (W14)."""
-        rate, is_known, found = getattr(self.settings, name), False, []
+        rate, found = getattr(self.settings, name), []
+        seconds = _seconds(short / (rate * UNITS))
+        first = yield from self._timed(seconds, rate * UNITS * seconds, quantity, is_known=False)
+        if first is None:
+            return []
+        rate = first / seconds / UNITS  # what follows is planned by that
         for _ in range(self.plan.repeats):
             timed: list[Timed] = []
-            for amount in (short, long):
-                seconds = round(min(MOST_S, max(LEAST_S, amount / (rate * UNITS))), 2)
-                seconds = max(seconds, 2.0 * timed[0].seconds) if timed else seconds
-                measured = yield from self._timed(
-                    seconds, rate * UNITS * seconds, quantity, is_known=is_known
-                )
+            for seconds in short_and_long(short / (rate * UNITS), long / (rate * UNITS)):
+                measured = yield from self._timed(seconds, rate * UNITS * seconds, quantity, is_known=True)
                 if measured is None:
                     break
                 timed.append(Timed(seconds, measured))
-                if not is_known:
-                    rate, is_known = measured / seconds / UNITS, True
             if len(timed) == 2:
-                rate, _ = arithmetic.rate_and_overrun(*timed)
-                rate /= UNITS
-                found.append(rate)
+                found.append(arithmetic.rate_and_overrun(*timed)[0] / UNITS)
         return found
 
     def _timed(
@@ -162,6 +169,10 @@ class WalterProcedure(Procedure["Walter"]):
         self.robot.right(angle_deg)
         self.robot.finish()
         self.robot.wait(REST_S)
+
+
+def _seconds(seconds: float) -> float:
+    return round(min(MOST_S, max(LEAST_S, seconds)), 2)
 
 
 def _plausible(question: Question, expected: float, factors: tuple[float, float]) -> Question:
