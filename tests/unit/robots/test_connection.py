@@ -680,6 +680,38 @@ def test_a_robot_that_was_pushed_is_driven_back(bench: MakeBench) -> None:
     assert not [note for note in made.notes if "sent again" in note]
 
 
+@pytest.mark.parametrize("groups", [frozenset("CQHE"), frozenset()], ids=["full", "basic"])
+def test_whoever_is_told_something_may_stop_the_robot_there(bench: MakeBench, groups: frozenset[str]) -> None:
+    """What was about to be sent is not: the command ends as any that a stop ends, and the next one goes on."""
+    made = bench({"groups": groups})
+
+    def stop(text: str) -> None:
+        made.notes.append(text)
+        made.turtle.stop()
+
+    made.turtle.forward(20)
+    made.turtle.finish()
+    wire = made.turtle._robot._wire
+    wire.notify = stop
+    commands: list[Callable[[], object]] = [made.turtle.finish]
+    if groups:
+        made.wire.to_robot = Damage(encode(m.Forward(60)), {0: b""})
+        made.turtle.forward(30)
+    else:
+        commands.insert(0, lambda: made.turtle.drive(0.5, 0.0))
+    for command in commands:
+        with pytest.raises(StoppedError):
+            command()
+        stood = made.robot.pose
+        assert made.wire.bytes_sent.endswith(STOP)
+        made.robot.read(made.robot.now + 2.0)
+        assert made.robot.pose.distance_to(*stood[:2]) < 0.01
+    wire.notify = made.notes.append
+    made.turtle.forward(10)
+    error, _ = settled(made)
+    assert error < 0.5
+
+
 class Noise:
     """Loses, adds and flips bytes."""
 

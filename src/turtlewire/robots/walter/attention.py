@@ -139,7 +139,7 @@ class Attention(Wire):
             raise NoReplyError(
                 f"the robot at {url} does not answer: is it switched on, is the baud rate {settings.baud} right?"
             )
-        self.notify(
+        self.tell(
             f"the robot at {url} answers no queries: it is run as a basic one, paced by its calibration "
             f"({settings.mm_per_s_per_unit:g} mm/s and {settings.deg_per_s_per_unit:g} degrees/s per unit of "
             "speed); where it is, is reckoned and not known"
@@ -156,7 +156,7 @@ class Attention(Wire):
             elif boots and reported == HOME and not self._may_be_at(self.where.frame.from_robot(HOME)):
                 pose = self.where.last_known if self.hand is None else self.whereabouts()
                 self.where.frame = Frame.matching(pose, HOME, self.settings.distance_scale)
-                self.notify(
+                self.tell(
                     f"the robot at {self.link.url} was reset, and no longer knows where it is: it is taken to be "
                     f"where it was last known to be, {text_of(pose)}"
                 )
@@ -166,7 +166,7 @@ class Attention(Wire):
         if not self._connected:
             return HOME
         pose = self.whereabouts()
-        self.notify(
+        self.tell(
             f"the robot was stopped near x {pose.x_mm:.0f} mm, y {pose.y_mm:.0f} mm, by reckoning only"
         )
         return pose

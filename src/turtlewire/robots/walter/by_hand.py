@@ -176,7 +176,7 @@ class ByHand:
         else:
             wire.halt()
             if not host.answers:
-                wire.notify("the robot answers no queries: where it gets by hand is reckoned, and not known")
+                wire.tell("the robot answers no queries: where it gets by hand is reckoned, and not known")
         hand = wire.hand
         if hand is None:
             hand = wire.hand = Account(wire.whereabouts(), wire.speed, pen_down=wire.pen_down)

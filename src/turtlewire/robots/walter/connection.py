@@ -107,4 +107,4 @@ class Connection(Attention):
         if position.robot != expected:
             self.drive(position.go_to(exact.x_mm, exact.y_mm) + position.align())
         if text:
-            self.notify(text)
+            self.tell(text)

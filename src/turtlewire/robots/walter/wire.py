@@ -108,6 +108,12 @@ class Wire(ABC):
         self._raise_stop(stops)
         await self.raise_event()
 
+    def tell(self, text: str) -> None:
+        """Tell people, in the middle of an operation. Raises ``StoppedError`` if one of them stops the robot there."""
+        stops = self._stops
+        self.notify(text)
+        self._raise_stop(stops)
+
     def _raise_stop(self, stops: int) -> None:
         if stops != self._stops:
             raise StoppedError("the robot was stopped: what it was doing, and what was waiting, is abandoned")
