@@ -78,10 +78,14 @@ def test_digits_in_front_of_what_is_wrong_are_no_reason() -> None:
 
 
 def test_an_extension_has_columns_too() -> None:
-    capture = decode_commands(b"V900abcV901000V005000V004000", (Servo,))
+    capture = decode_commands(b"V900abcV901000V005000V004000V000000", (Servo,))
     assert columns(capture.of(Servo)) == {"place": [900, 5]}
     assert capture.of(Servo).fields["place"].dtype == "u2"
-    assert [at for at, *_ in errors(capture)] == [7, 21]
+    assert errors(capture) == [
+        (7, 7, "servo: place is 901, but must be 5 to 900"),
+        (21, 7, "servo: place is 4, but must be 5 to 900"),
+        (28, 7, "servo: place is 0, but must be 5 to 900"),
+    ]
     assert [text for *_, text in errors(decode_commands(b"V900abc"))] == ["unknown letter 'V'"]
 
 
