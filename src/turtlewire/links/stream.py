@@ -95,6 +95,8 @@ class Connection(asyncio.Protocol):
         try:
             data = os.read(self.fileno, READ_BYTES)
             if not data:
+                if not _has_hung_up(self.fileno):
+                    return  # what there was has been thrown away meanwhile
                 raise OSError(errno.EIO, "the device has gone, or another program uses it")
         except BlockingIOError:
             return
@@ -128,6 +130,15 @@ class Connection(asyncio.Protocol):
         self.transport.write(data)
         if self.fileno is not None and self.is_open and not self.transport.get_write_buffer_size():
             self.straight = self.fileno
+
+
+def _has_hung_up(fileno: int) -> bool:
+    """Whether a serial port that gives no bytes is gone: one with nothing to give may do the same."""
+    import select
+
+    poll = select.poll()
+    poll.register(fileno, select.POLLIN)
+    return any(events & ~select.POLLIN for _, events in poll.poll(0))
 
 
 class StreamLink(Link):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from turtlewire.errors import LinkClosedError, UsageError
+from turtlewire.errors import LinkClosedError, PortNotFoundError, UsageError
 from turtlewire.links.faults import Faults, FaultyLink
 from turtlewire.links.memory import MemoryLink
 from turtlewire.robots.runner import InlineRunner
@@ -27,6 +27,9 @@ class Echo:
 
     def discard_output(self) -> None:
         self.got.append((self.now, b"discard"))
+
+    def awaits_host(self) -> bool:
+        return False
 
     def port_opened(self) -> None:
         self.opened += 1
@@ -142,6 +145,53 @@ def test_a_close_ends_the_link_on_time() -> None:
         faulty.write(b"x")
     with pytest.raises(LinkClosedError):
         faulty.write_urgent(b"x")
+
+
+def test_a_link_that_ended_can_be_opened_again_when_it_is_there_again() -> None:
+    faulty, end = link("close:4+2")
+    with pytest.raises(LinkClosedError):
+        read(faulty, math.inf)
+    RUNNER.run(faulty.close())
+    for at in (4.0, 5.0, 5.99):
+        RUNNER.run(faulty.sleep(at))
+        with pytest.raises(PortNotFoundError, match="asked for"):
+            RUNNER.run(faulty.reopen())
+        assert end.opened == 0
+    RUNNER.run(faulty.sleep(6.0))
+    RUNNER.run(faulty.reopen())
+    assert end.opened == 1
+    faulty.write(b"on")
+    assert read(faulty, 100.0) == b"on"  # and it does not end once more
+    assert read(faulty, 100.0) == b""
+
+
+def test_what_was_on_its_way_when_the_link_ended_is_lost_and_the_faults_go_on() -> None:
+    faulty, end = link("close:1,stall:0+0.9,stall:8+1,to:robot")
+    faulty.write(b"late")
+    assert read(faulty, 0.95) == b""
+    with pytest.raises(LinkClosedError):
+        read(faulty, math.inf)
+    end.got.clear()
+    RUNNER.run(faulty.close())
+    RUNNER.run(faulty.reopen())
+    RUNNER.run(faulty.sleep(8.5))
+    faulty.write(b"stalled")
+    assert end.got == []
+    assert read(faulty, 20.0) == b"stalled"
+    assert end.got == [(9.0, b"stalled")]
+
+
+def test_chance_does_not_begin_anew() -> None:
+    def damage(*, reopened: bool) -> list[bytes]:
+        faulty, end = link("lose:0.5,to:robot,seed:3")
+        faulty.write(bytes(range(100)))
+        if reopened:
+            RUNNER.run(faulty.close())
+            RUNNER.run(faulty.reopen())
+        faulty.write(bytes(range(100)))
+        return [data for _, data in end.got]
+
+    assert damage(reopened=True) == damage(reopened=False)
 
 
 def test_an_urgent_write_takes_back_what_is_late() -> None:

@@ -397,6 +397,130 @@ def test_what_is_no_port_is_a_usage_error() -> None:
     run(main())
 
 
+# ---------------------------------------------------------------- opened again
+
+
+def test_a_device_that_is_opened_again_brings_nothing_of_before(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        os.write(near, b"before")
+        await link.close()
+        os.write(near, b"meanwhile")
+        await link.reopen()
+        assert await link.read(link.now()) == b""
+        os.write(near, b"now")
+        assert await read_all(link, 3) == b"now"
+        link.write_urgent(b"!")
+        assert await heard(near, 1) == b"!"
+        with pytest.raises(PortBusyError):
+            await open_port(path, baud=9600)
+        await link.close()
+
+    run(main())
+
+
+def test_a_device_that_is_not_there_yet_can_be_tried_again(device: tuple[int, str], tmp_path: Path) -> None:
+    async def main() -> None:
+        near, path = device
+        plug = tmp_path / "ttyUSB0"
+        plug.symlink_to(path)
+        link = await open_port(str(plug), baud=9600)
+        plug.unlink()
+        await link.close()
+        before = descriptors()
+        for _ in range(3):
+            with pytest.raises(PortNotFoundError, match="no port"):
+                await link.reopen()
+            with pytest.raises(LinkClosedError, match="closed"):
+                link.write(b"x")
+        assert descriptors() == before
+        plug.symlink_to(path)
+        await link.reopen()
+        link.write(b"here")
+        assert await heard(near, 4) == b"here"
+        await link.close()
+
+    run(main())
+
+
+def test_an_opening_that_is_cancelled_leaves_nothing_behind(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        link = await open_port(device[1], baud=9600)
+        await link.close()
+        before = descriptors()
+        for rounds in range(12):
+            opening = asyncio.create_task(link.reopen())
+            for _ in range(rounds):
+                await asyncio.sleep(0.0)
+            opening.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await opening
+                await link.close()
+            assert descriptors() == before
+
+    run(main())
+
+
+def test_a_server_that_accepts_again_is_reached_again() -> None:
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            server.settimeout(0.0)
+            link = await open_port(f"socket://127.0.0.1:{server.getsockname()[1]}", baud=9600)
+            first, _ = await loop.sock_accept(server)
+            with first:
+                await loop.sock_sendall(first, b"old")
+                assert await read_all(link, 3) == b"old"
+            with pytest.raises(LinkClosedError):
+                await read_all(link, 1)
+            await link.close()
+            await link.reopen()
+            second, _ = await loop.sock_accept(server)
+            with second:
+                await loop.sock_sendall(second, b"new")
+                assert await read_all(link, 3) == b"new"
+            await link.close()
+
+    run(main())
+
+
+def test_bytes_that_an_old_connection_brings_late_do_not_mix_in(device: tuple[int, str]) -> None:
+    async def main() -> None:
+        near, path = device
+        link = await open_port(path, baud=9600)
+        old = link._connection
+        await link.close()
+        await link.reopen()
+        old.data_received(b"late")
+        old.connection_lost(OSError("late"))
+        os.write(near, b"now")
+        assert await read_all(link, 3) == b"now"
+        await link.close()
+
+    run(main())
+
+
+def test_a_peer_that_takes_nothing_does_not_keep_a_link_from_being_closed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(stream, "CLOSE_TIMEOUT_S", 0.05)
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            server.settimeout(0.0)
+            link = await open_port(f"socket://127.0.0.1:{server.getsockname()[1]}", baud=9600)
+            robot, _ = await loop.sock_accept(server)
+            with robot:
+                link.write(bytes(1 << 24))
+                before = descriptors()
+                await link.close()
+                assert len(descriptors()) == len(before) - 1
+
+    run(main())
+
+
 # ---------------------------------------------------------------- a new pty
 
 
