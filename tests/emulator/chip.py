@@ -42,6 +42,10 @@ class Chip(Board):
         """The host takes back what has not begun to go out."""
         self._waiting.clear()
 
+    def awaits_host(self) -> bool:
+        """Nobody can tell of a program."""
+        return False
+
     def port_opened(self) -> None:
         """This board has no line by which a host could reset it."""
 
