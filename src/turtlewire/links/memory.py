@@ -28,6 +28,9 @@ class VirtualEnd(Protocol):
     def read(self, until: float) -> bytes:
         """Let time pass until something has arrived for the host, or until a time."""
 
+    def awaits_host(self) -> bool:
+        """Whether nothing will happen by itself any more, but that what drives drives on: time could pass for ever."""
+
     def port_opened(self) -> None:
         """The host has opened the port once more: many a robot is reset by that (section 4)."""
 
@@ -72,11 +75,9 @@ class MemoryLink(Link):
     async def read(self, until: float) -> bytes:
         """Let the robot's time pass."""
         self._check()
-        before = self._end.now
-        data = self._read(until)
-        if not data and until == math.inf and self._end.now == before:
+        if until == math.inf and self._end.awaits_host():
             raise RuntimeError("the host waits for something that will never happen")
-        return data
+        return self._read(until)
 
     def _read(self, until: float) -> bytes:
         return self._end.read(until) if self._pace is None else self._read_at_pace(until, self._pace)
@@ -89,7 +90,7 @@ class MemoryLink(Link):
         while True:
             allowed_s = self._start_s + (time.monotonic() - self._start_wall_s) * pace
             data = self._end.read(min(until, allowed_s))
-            if data or self._end.now >= until:
+            if data or self._end.now >= until or (until == math.inf and self._end.awaits_host()):
                 return data
             time.sleep(min(LONGEST_SLEEP_S, (until - self._end.now) / pace))
 

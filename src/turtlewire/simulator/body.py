@@ -89,7 +89,7 @@ class Body(ABC, Generic[S_co]):
         arrived = b""
         until = max(until, self.now)
         while (at := self.next_event()) <= until:
-            if at == math.inf or (until == math.inf and self._nothing_will_change()):
+            if at == math.inf or (until == math.inf and self.awaits_host()):
                 return arrived
             self._set_time(max(self.now, at))
             for robot in self.company:
@@ -112,8 +112,8 @@ class Body(ABC, Generic[S_co]):
         for robot in self.company:
             robot.now = now
 
-    def _nothing_will_change(self) -> bool:
-        """Whether all that is to come is that robots drive on."""
+    def awaits_host(self) -> bool:
+        """Whether all that is to come by itself is that robots drive on."""
         return self._to_host.next_s == math.inf and all(robot.only_drives_on() for robot in self.company)
 
     def port_opened(self) -> None:

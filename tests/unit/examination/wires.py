@@ -46,6 +46,9 @@ class Line:
     def read(self, until: float) -> bytes:
         return self._image(self.robot.read(until), self.host_baud, self.baud, ARDUINO)
 
+    def awaits_host(self) -> bool:
+        return bool(self.robot.awaits_host())
+
     def port_opened(self) -> None:
         raise AssertionError("an examination opens a port once")
 
@@ -88,6 +91,9 @@ class Talker:
 
     def discard_output(self) -> None:
         pass
+
+    def awaits_host(self) -> bool:
+        return self._next_s > self._until_s
 
     def read(self, until: float) -> bytes:
         if self._next_s > min(until, self._until_s):

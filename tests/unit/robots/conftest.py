@@ -62,6 +62,9 @@ class Wire:
         self.discards += 1
         self.robot.discard_output()
 
+    def awaits_host(self) -> bool:
+        return self.robot.awaits_host()
+
     def port_opened(self) -> None:
         self.robot.port_opened()
 

@@ -23,6 +23,8 @@ class End(Protocol):
 
     def read(self, until: float) -> bytes: ...
 
+    def awaits_host(self) -> bool: ...
+
     def port_opened(self) -> None: ...
 
 
@@ -65,6 +67,9 @@ class Wire:
     def discard_output(self) -> None:
         self.discards += 1
         self.robot.discard_output()
+
+    def awaits_host(self) -> bool:
+        return self._at[0] == math.inf and self.robot.awaits_host()
 
     def port_opened(self) -> None:
         self.robot.port_opened()
