@@ -15,7 +15,7 @@ import msgspec
 
 from turtlewire.protocols.frame.dialect import FROM_ROBOT, TO_ROBOT
 from turtlewire.protocols.frame.layout import keeps, layouts
-from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_FRAME, MAX_PAYLOAD, OVERHEAD, FrameMessage
+from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_PAYLOAD, OVERHEAD, FrameMessage
 from turtlewire.protocols.frame.runs import Lookout, Run
 from turtlewire.protocols.message import Malformed
 
@@ -203,39 +203,38 @@ class FrameDecoder:
         return items
 
     def _scan(self, buffer: bytes, items: list[Item], *, ended: bool) -> None:
-        base, stats, end = self._offset, self.statistics, len(buffer)
-        at = 0
-        while True:
-            at = self._frames(buffer, at, items)
-            start = buffer.find(_MAGIC_BYTE, at)
-            if start != at:
-                stats.skipped_bytes += (start if start >= 0 else end) - at
-                at = start if start >= 0 else end
-                if at < end:
-                    continue
-                break
-            stop = at + buffer[at + 2] + OVERHEAD if at + 2 < end else end + 1
-            if stop - at > MAX_FRAME:
-                stats.oversized += 1
-                items.append(
-                    Malformed(
-                        base + at, buffer[at : at + HEADER], f"size {buffer[at + 2]} is above {MAX_PAYLOAD}"
-                    )
-                )
-            elif stop <= end:
-                stats.wrong_crc += 1
-                right = self._crc(buffer[at + self._first : stop - 1])
-                what = f"CRC is {buffer[stop - 1]:02X}, but must be {right:02X}"
-                items.append(Malformed(base + at, buffer[at:stop], what))
-            elif ended:
-                stats.incomplete += 1
-                items.append(Malformed(base + at, buffer[at:], f"incomplete: {end - at} bytes and no more"))
+        at, end = 0, len(buffer)
+        while (at := self._frames(buffer, at, items)) < end:
+            begin = at
+            if buffer[at] != MAGIC:
+                at = buffer.find(_MAGIC_BYTE, at) % (end + 1)  # the end, if there is none
+            elif malformed := self._malformed(buffer, at, ended=ended):
+                items.append(malformed)
+                at += 1
             else:
                 break
-            stats.skipped_bytes += 1
-            at += 1
-        self._offset = base + at
+            self.statistics.skipped_bytes += at - begin
+        self._offset += at
         self._partial = buffer[at:]
+
+    def _malformed(self, buffer: bytes, at: int, *, ended: bool) -> Malformed | None:
+        """What is wrong with the frame that the magic byte at ``at`` seems to begin; None: its rest may come."""
+        stats, offset, end = self.statistics, self._offset + at, len(buffer)
+        size = buffer[at + 2] if at + 2 < end else 0
+        stop = at + size + OVERHEAD
+        if size > MAX_PAYLOAD:
+            stats.oversized += 1
+            return Malformed(offset, buffer[at : at + HEADER], f"size {size} is above {MAX_PAYLOAD}")
+        if stop <= end:
+            stats.wrong_crc += 1
+            right = self._crc(buffer[at + self._first : stop - 1])
+            return Malformed(
+                offset, buffer[at:stop], f"CRC is {buffer[stop - 1]:02X}, but must be {right:02X}"
+            )
+        if ended:
+            stats.incomplete += 1
+            return Malformed(offset, buffer[at:], f"incomplete: {end - at} bytes and no more")
+        return None
 
     def _frames(self, buffer: bytes, at: int, items: list[Item]) -> int:
         """Take the frames with a right CRC that follow one another from ``at`` on; return where the last one ends."""
@@ -246,12 +245,12 @@ class FrameDecoder:
             stop = at + size + OVERHEAD
             if size > MAX_PAYLOAD or stop > last + HEADER:
                 break
-            raw = buffer[at:stop]
             if lookout.wait:
                 lookout.wait -= 1
-            elif run := lookout.run(buffer, at, raw, self._due):
+            elif run := lookout.run(buffer, at, stop - at, self._due):
                 at += self._take(run, base + at, items)
                 continue
+            raw = buffer[at:stop]
             if crc(raw[first:] if first else raw) != residue:
                 break
             items.append(self._frame(base + at, raw))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import groupby
 from struct import Struct
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -55,10 +56,12 @@ def layouts(dialect: Dialect, direction: str) -> list[Layout | None]:
             if choices or field.kind == "f32" or (field.low, high) != _everything(field.kind):
                 among = frozenset(number for _, number in choices) if choices else None
                 limits.append(Limit(place, field.low, high, among))
-        letters = field_letters(entry.message_type.FIELDS)
+        # A letter with a number is read faster than so many letters.
+        runs = groupby(field_letters(entry.message_type.FIELDS))
+        letters = "".join(f"{len(list(run))}{letter}" for letter, run in runs)
         fields = Struct(">" + letters)
         allowed = None
-        if letters and not letters.strip("B"):
+        if [field.kind for field in entry.message_type.FIELDS] == ["u8"] * fields.size:
             alone = [(limit._replace(place=0),) for limit in limits]
             allowed = tuple(bytes(n for n in range(256) if keeps(limit, (n,))) for limit in alone)
         table[entry.type] = Layout(

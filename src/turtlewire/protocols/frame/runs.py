@@ -6,16 +6,15 @@ does not follow) ends a run, and the decoder goes on from there frame by frame.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
-from turtlewire.protocols.frame.message import HEADER, MAX_FRAME, OVERHEAD, FrameMessage
+from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_FRAME, OVERHEAD, FrameMessage
 from turtlewire.protocols.frame.rows import Slot, cut
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from turtlewire.protocols.checksums import Checksum
     from turtlewire.protocols.frame.layout import Layout
 
@@ -29,21 +28,12 @@ MANY = 8
 COLUMNS = 10
 COLUMN_FRAMES = 6
 # Sequence numbers in a row are compared with a piece of this.
+_MAGIC_BYTE = bytes((MAGIC,))
 _SEQS = bytes(range(256)) * (FAR // 256 + 1)
 
 
-class Run(NamedTuple):
-    """Frames plainly in order.
-
-    Attributes:
-        raws: their bytes.
-        messages: those of each.
-        each: how many each has.
-    """
-
-    raws: Sequence[bytes]
-    messages: Iterator[tuple[FrameMessage, ...]]
-    each: int
+# Frames plainly in order: their bytes, the messages of each, and how many each has.
+Run = tuple[Sequence[bytes], Iterator[tuple[FrameMessage, ...]], int]
 
 
 class _Messages(NamedTuple):
@@ -67,12 +57,15 @@ class Shape:
         lengths: of its messages, type and fields.
         table: what a decoder looks up by the type byte.
         checksum: the dialect's.
+
+    Attributes:
+        size: of each of the frames, in bytes.
     """
 
     def __init__(
         self, frame: bytes, lengths: Sequence[int], table: list[Layout | None], checksum: Checksum
     ) -> None:
-        self._size = size = len(frame)
+        self.size = size = len(frame)
         self._messages = []
         at = HEADER
         for length, some in groupby(lengths):
@@ -89,8 +82,7 @@ class Shape:
         self._crc = checksum.algorithm.crc
         self._residue = bytes((checksum.algorithm.residue,))
         self._first = checksum.coverage.first
-        # What the frames have in common: magic and size.
-        self._common = [(place, frame[place : place + 1]) for place in (0, 2)]
+        self._size_byte = frame[2:3]
         self._varying = [place for place in range(self._first, len(frame) - 1) if place not in (0, 2)]
         self._rows = _after_zeros(checksum.algorithm.table())
         bare = frame[:1] + b"\0" + frame[2:3] + bytes(len(frame) - OVERHEAD)
@@ -98,25 +90,23 @@ class Shape:
 
     def fits(self, frame: bytes) -> bool:
         """Whether a frame has the shape."""
-        if len(frame) != self._size:
-            return False
-        for slot, first, last, length, _ in self._messages:
-            for kind in frame[first:-last:length]:
-                if not slot.fits(kind):
-                    return False
-        return True
+        return len(frame) == self.size and all(
+            slot.fits(kind)
+            for slot, first, last, length, _ in self._messages
+            for kind in frame[first:-last:length]
+        )
 
     def run(self, piece: bytes, due: int) -> Run | None:
         """The frames in order at the beginning of a piece, the first with the number ``due``; None: they are too few.
 
         The length of the piece is a multiple of the shape's.
         """
-        size = self._size
+        size = self.size
         count = len(piece) // size
-        for place, byte in self._common:
-            column = piece[place : count * size : size]
-            if others := column.lstrip(byte):
-                count -= len(others)
+        if others := piece[::size].lstrip(_MAGIC_BYTE):
+            count -= len(others)
+        if others := piece[2 : count * size : size].lstrip(self._size_byte):
+            count -= len(others)
         seqs = piece[1 : count * size : size]
         if seqs != _SEQS[due : due + count]:
             count = next(n for n, seq in enumerate(seqs) if seq != _SEQS[due + n])
@@ -136,11 +126,13 @@ class Shape:
         for slot, first, last, _, number in self._messages:
             rows = piece if number == 1 else b"".join(cut(piece, size, first, last))
             good, messages = slot.read(rows)
-            count = min(count, good // number)
-            streams += [messages] * number
+            if good < count * number:
+                count = good // number
+            streams.extend([messages] * number)
         if count < FEWEST:
             return None
-        return Run(raws[:count], zip(*streams, strict=False) if streams else iter([()] * count), len(streams))
+        messages_of = zip(*streams, strict=False) if streams else iter([()] * count)
+        return raws[:count], messages_of, len(streams)
 
     def _right_crcs(self, piece: bytes, count: int) -> int:
         """How many of the frames that a piece consists of have a right CRC, up to the first that has not.
@@ -148,7 +140,7 @@ class Shape:
         A CRC is linear but for what its initial value and final XOR add: the frames' first bytes are taken through the
         register together, then their second ones, and so on, and summed up.
         """
-        size = self._size
+        size = self.size
         total = int.from_bytes(piece[size - 1 :: size], "little")
         for place in self._varying:
             column = piece[place::size]
@@ -177,23 +169,30 @@ class Lookout:
         self._ahead = NEAR
         self._next_wait = 1
 
-    def run(self, buffer: bytes, at: int, like: bytes, due: int) -> Run | None:
-        """The run that begins at ``at`` with ``like``, whose number should be ``due``, if there is any."""
-        most = min((len(buffer) - at) // len(like), self._ahead)
-        if due < 0 or most < FEWEST:
+    def run(self, buffer: bytes, at: int, size: int, due: int) -> Run | None:
+        """The run of frames of a size that begins at ``at`` with the number ``due``, if there is any."""
+        most = (len(buffer) - at) // size
+        if most < FEWEST or due < 0:
             return None
+        if most > self._ahead:
+            most = self._ahead
+        piece = buffer[at : at + most * size]
         shape = self._shape
-        if shape is None or not shape.fits(like):
-            shape = self._shape = self._shape_of(like)
-        run = shape.run(buffer[at : at + most * len(like)], due) if shape else None
+        run = shape.run(piece, due) if shape and shape.size == size else None
         if not run:
-            self.wait = self._next_wait
-            self._next_wait = min(2 * self.wait, LONGEST_WAIT)
-            return None
-        count = len(run.raws)
-        self.wait = count < most
+            like = piece[:size]
+            if (not shape or not shape.fits(like)) and self._checksum.fits(like):
+                shape = self._shape = self._shape_of(like)
+                run = shape.run(piece, due) if shape else None
+            if not run:
+                self.wait = self._next_wait
+                self._next_wait = min(2 * self.wait, LONGEST_WAIT)
+                return None
+        count = len(run[0])
+        if count < most:
+            self.wait = 1
         self._next_wait = 1
-        self._ahead = min(max(4 * count, NEAR), FAR)
+        self._ahead = NEAR if 4 * count < NEAR else min(4 * count, FAR)
         return run
 
     def _shape_of(self, frame: bytes) -> Shape | None:
