@@ -60,9 +60,6 @@ class CarProcedure(DrivenProcedure["Car"]):
     def _portion(self, part: float) -> int:
         return self.calibration.forward.portion(part)
 
-    def _scale(self, factor: float) -> None:
-        self._scale_curves(("forward", "backward"), factor)
-
     def _held(self, pwm: int, seconds: float, settle_s: float | None = None) -> None:
         self._steered(pwm, self.calibration.straight, seconds, settle_s)
 
@@ -77,10 +74,10 @@ class CarProcedure(DrivenProcedure["Car"]):
 
     # ------------------------------------------------------------------ speed
 
-    def _get_to_know(self) -> Trials[None]:
+    def _get_to_know(self, direction: int = 1) -> Trials[None]:
         """How fast it is, about: what follows is planned by that."""
-        if not self._is_known:
-            pwm = self._strength(PARTS[0])
+        pwm = direction * self._strength(PARTS[0])
+        if not self._is_known(pwm):
             yield from self._distance(pwm, self._seconds(pwm, LONG_PART))
 
     def _measure_speed(self) -> Trials[None]:
@@ -88,7 +85,7 @@ class CarProcedure(DrivenProcedure["Car"]):
         yield from self._speeds(1)
 
     def _measure_backward(self) -> Trials[None]:
-        yield from self._get_to_know()
+        yield from self._get_to_know(-1)
         yield from self._speeds(-1)
         if self.calibration.backward is not None:
             yield from self._dead_band(-1)
@@ -180,7 +177,7 @@ class CarProcedure(DrivenProcedure["Car"]):
         return self._trial(
             f"It tries to drive {'ahead' if pwm > 0 else 'back'} at PWM {abs(pwm)} for {LOOK_S:g} s: a little, or "
             "not at all.",
-            f"It may stand where it is, with {self._space(self._expected(pwm, LOOK_S))} free around it.",
+            f"It may stand where it is, with {self._space(pwm, self._expected(pwm, LOOK_S))} free around it.",
             lambda _: self._held(pwm, LOOK_S),
             Question(text="Did it move?", quantity=Quantity.MOVED),
         )
@@ -244,8 +241,8 @@ class CarProcedure(DrivenProcedure["Car"]):
         aside = limits if not steer else (0.0, limits[1]) if steer > 0 else (limits[0], 0.0)
         trial = self._trial(
             f"It steers {steer:+d} and drives {side} at PWM {pwm} for {seconds:g} s: about {expected:.0f} mm.",
-            f"Put it on the start line, looking straight ahead, with {self._space(expected)} free before it and to "
-            "the side. The middle of its rear axle is what counts.",
+            f"Put it on the start line, looking straight ahead, with {self._space(pwm, expected)} free before it "
+            "and to the side. The middle of its rear axle is what counts.",
             lambda _: self._steered(pwm, steer, seconds),
             _within(questions[0], limits),
             _within(questions[1], aside),

@@ -21,10 +21,10 @@ from turtlewire.robots.calibrating.procedure import (
     short_and_long,
 )
 from turtlewire.robots.calibrating.trials import Quantity, Question
-from turtlewire.robots.calibration import CarCalibration, SpeedCurve, TwoEngineCalibration, lines
+from turtlewire.robots.calibration import CarCalibration, TwoEngineCalibration, lines
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     from turtlewire.robots.calibrating.procedure import Trials
     from turtlewire.robots.calibrating.trials import Plan, Signal, Trial
@@ -34,6 +34,8 @@ PARTS = (0.5, 1.0, 0.25)
 SHORT_PART, LONG_PART = 0.25, 0.75
 # So long it is looked whether a PWM moves it.
 LOOK_S = 1.0
+# No plan is made for a robot that is slower.
+LEAST_MM_PER_S = 1.0
 # No calibration has more; what seems to be is something else.
 MOST_OVERRUN_S = 1.0
 # What goes both ways as fast as this, as a part of it, needs no values of its own for the way back.
@@ -55,7 +57,6 @@ class DrivenProcedure(Procedure[RobotT]):
     def __init__(self, robot: RobotT, calibration: CarCalibration | TwoEngineCalibration, plan: Plan) -> None:
         super().__init__(robot, plan)
         self.calibration = calibration
-        self._is_known = False
         self._strengths: dict[float, int] = {}
         # How fast it was the last time, by PWM, ahead above 0.
         self._measured: dict[int, float] = {}
@@ -76,21 +77,9 @@ class DrivenProcedure(Procedure[RobotT]):
     def _set(self, **values: Any) -> None:
         self.calibration = msgspec.structs.replace(self.calibration, **values)
 
-    def _scale_curves(self, names: Iterable[str], factor: float) -> None:
-        for name in names:
-            curve: SpeedCurve | None = getattr(self.calibration, name)
-            if curve is not None:
-                table = tuple((pwm, speed * factor) for pwm, speed in curve.table)
-                slope = curve.mm_per_s_per_pwm * factor
-                self._set(**{name: SpeedCurve(dead_pwm=curve.dead_pwm, mm_per_s_per_pwm=slope, table=table)})
-
     @abstractmethod
     def _speed_at(self, pwm: int) -> float:
-        """How fast it is at a PWM of -255..255, as far as is known: mm/s, above 0."""
-
-    @abstractmethod
-    def _scale(self, factor: float) -> None:
-        """It is so many times as fast as it was taken to be."""
+        """How fast it is at a PWM of -255..255 by its calibration: mm/s, 0 or above."""
 
     @abstractmethod
     def _held(self, pwm: int, seconds: float, settle_s: float | None = None) -> None:
@@ -101,23 +90,31 @@ class DrivenProcedure(Procedure[RobotT]):
         """Let it come to rest."""
 
     def _learn(self, pwm: int, seconds: float, driven_mm: float) -> None:
-        """From the first drive on, it is known how fast it is, about."""
-        if not self._is_known:
-            self._scale(driven_mm / (self._expected(pwm, seconds)))
-            self._is_known = True
+        """It has driven so far: what follows is planned by that."""
         self._measured[pwm] = driven_mm / (seconds + self.calibration.overrun_s)
+
+    def _is_known(self, pwm: int) -> bool:
+        """Whether anything was measured in that direction."""
+        return any(other * pwm > 0 for other in self._measured)
+
+    def _speed(self, pwm: int) -> float:
+        """How fast it is, as far as is known: by the nearest PWM that was measured, that way if any was."""
+        speed = self._speed_at(pwm)
+        others = [other for other in self._measured if self._speed_at(other)]
+        if others:
+            nearest = min(others, key=lambda other: (other * pwm < 0, abs(other - pwm)))
+            speed *= self._measured[nearest] / self._speed_at(nearest)
+        return max(LEAST_MM_PER_S, speed)
 
     def _expected(self, pwm: int, seconds: float) -> float:
         """How far it should get."""
-        speed = self._measured.get(pwm) or self._speed_at(pwm)
-        return speed * (seconds + self.calibration.overrun_s)
+        return self._speed(pwm) * (seconds + self.calibration.overrun_s)
 
     def _seconds(self, pwm: int, part: float) -> float:
         """How long to drive for a part of the space."""
-        if not self._is_known:
+        if not self._is_known(pwm):
             part = min(part, FIRST_PART)
-        speed = self._measured.get(pwm) or self._speed_at(pwm)
-        seconds = part * self.plan.space_mm / speed - self.calibration.overrun_s
+        seconds = part * self.plan.space_mm / self._speed(pwm) - self.calibration.overrun_s
         return round(min(MOST_S, max(LEAST_S, seconds)), 2)
 
     def _durations(self, pwm: int) -> tuple[float, float]:
@@ -128,7 +125,7 @@ class DrivenProcedure(Procedure[RobotT]):
         """The question, with the answers that are plausible, by what is known so far."""
         if pwm in self._measured:
             factors, why = KNOWN, "by what was measured before"
-        elif self._is_known:
+        elif self._is_known(pwm):
             factors, why = LIKELY, "by what is known of it so far"
         else:
             factors, why = UNKNOWN, "or its motors are off"
@@ -136,9 +133,9 @@ class DrivenProcedure(Procedure[RobotT]):
         low = factors[0] if question.quantity is Quantity.DISTANCE else ARC_PART * factors[0]
         return replace(question, low=expected_mm * low, high=expected_mm * factors[1], why=why)
 
-    def _space(self, expected_mm: float) -> str:
+    def _space(self, pwm: int, expected_mm: float) -> str:
         """How much space a drive needs, for people."""
-        margin = 1.3 if self._is_known else 3.0
+        margin = 1.3 if self._is_known(pwm) else 3.0
         return f"{max(0.3, math.ceil(expected_mm * margin / 100.0) / 10.0):.1f} m"
 
     def _drive(
@@ -149,7 +146,7 @@ class DrivenProcedure(Procedure[RobotT]):
         expected = self._expected(pwm, seconds)
         return self._trial(
             f"It drives {way} at PWM {abs(pwm)} for {seconds:g} s: about {expected:.0f} mm.",
-            f"Put it on the start line, with {self._space(expected)} free {side} it.",
+            f"Put it on the start line, with {self._space(pwm, expected)} free {side} it.",
             act or (lambda _: self._held(pwm, seconds)),
             self._plausible(questions[0], pwm, expected),
             *questions[1:],
@@ -172,7 +169,7 @@ class DrivenProcedure(Procedure[RobotT]):
             return self._trial(
                 f"It drives ahead for {seconds:g} s, about {expected:.0f} mm, and stops. "
                 f"{at:.2f} s after that a bell rings.",
-                f"Put it on the start line, with {self._space(expected)} free before it, and watch its wheels.",
+                f"Put it on the start line, with {self._space(pwm, expected)} free before it, and watch its wheels.",
                 act,
                 Question(text="Did it still roll when the bell rang?", quantity=Quantity.STILL_MOVING),
             )

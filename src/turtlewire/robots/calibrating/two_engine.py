@@ -88,9 +88,6 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], EngineSteps, PenSteps):
             return round(part * min(self._most, self.calibration.full_mm_per_s))
         return max(curve.portion(part) for curve in (self.calibration.left, self.calibration.right))
 
-    def _scale(self, factor: float) -> None:
-        self._scale_curves((_name(side, way) for side in SIDES for way in (1, -1)), factor)
-
     def _held(self, pwm: int, seconds: float, settle_s: float | None = None) -> None:
         self._turn_wheels(pwm, pwm, seconds, settle_s)
 
@@ -105,12 +102,12 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], EngineSteps, PenSteps):
 
     # ------------------------------------------------------------------ speed
 
-    def _get_to_know(self) -> Trials[None]:
+    def _get_to_know(self, direction: int = 1) -> Trials[None]:
         """How fast it is, about: what follows is planned by that."""
-        if not self._is_known:
-            pwm = self._strength(PARTS[0])
+        pwm = direction * self._strength(PARTS[0])
+        if not self._is_known(pwm):
             yield from self._straight_on(pwm, self._seconds(pwm, LONG_PART))
-            self._drives.clear()  # too short to count
+            self._drives.pop(pwm, None)  # too short to count
 
     def _measure_speed(self) -> Trials[None]:
         yield from self._get_to_know()
@@ -124,7 +121,7 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], EngineSteps, PenSteps):
     def _measure_backward(self) -> Trials[None]:
         if not self.engines or not self.robot.goes_backward:
             return
-        yield from self._get_to_know()
+        yield from self._get_to_know(-1)
         for part in PARTS:
             yield from self._driven(-self._strength(part))
         self._solve()
@@ -247,7 +244,7 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], EngineSteps, PenSteps):
             answer = (
                 yield self._trial(
                     f"Both wheels try to turn {way} at PWM {abs(pwm)} for {LOOK_S:g} s: a little, or not at all.",
-                    f"It may stand where it is, with {self._space(self._expected(pwm, LOOK_S))} free around it. "
+                    f"It may stand where it is, with {self._space(pwm, self._expected(pwm, LOOK_S))} free around it. "
                     "Watch its wheels.",
                     lambda _: self._held(pwm, LOOK_S),
                     Question(text="Which wheels turned?", quantity=Quantity.WHEELS, choices=WHICH),
@@ -276,7 +273,7 @@ class TwoEngineProcedure(DrivenProcedure["TwoEngine"], EngineSteps, PenSteps):
     def _turned(self, told: int) -> Trials[float | None]:
         """How fast it turns on the spot, in radians a second, clockwise; None: skipped."""
         calibration, side = self.calibration, "right" if told > 0 else "left"
-        rate = math.degrees(2.0 * self._speed_at(told) / calibration.track_mm)
+        rate = math.degrees(2.0 * self._speed(told) / calibration.track_mm)
         seconds = round(min(MOST_S, max(LEAST_S, TURN_DEG / rate)), 2)
         expected = math.copysign(rate * (seconds + calibration.overrun_s), told)
         low, high = sorted(expected * factor for factor in TURN_FACTORS)

@@ -31,11 +31,13 @@ class Bench(NamedTuple):
         return progress.procedure
 
 
-MakeBench = Callable[[str], Bench]
+MakeBench = Callable[..., Bench]
 
 
-def bench_of(url: str) -> Bench:
+def bench_of(url: str, **overrides: Any) -> Bench:
+    """Connect to a simulated robot; the rest are settings of its driver."""
     target = configuration.target(url)
+    target = target._replace(overrides={**target.overrides, **overrides})
     links: list[Any] = []
 
     def see(link: Any) -> Any:
@@ -51,8 +53,8 @@ def bench_of(url: str) -> Bench:
 def bench() -> Iterator[MakeBench]:
     benches: list[Bench] = []
 
-    def make(url: str) -> Bench:
-        benches.append(bench_of(url))
+    def make(url: str, **overrides: Any) -> Bench:
+        benches.append(bench_of(url, **overrides))
         return benches[-1]
 
     yield make

@@ -18,6 +18,7 @@ from tests.unit.robots.calibrating.conftest import Bench, bench_of
 from turtlewire.deviation import Followed, between
 from turtlewire.logo import Interpreter
 from turtlewire.robots.calibrating import SimulatedPerson, guide
+from turtlewire.robots.calibration import CarCalibration, SpeedCurve, TwoEngineCalibration
 from turtlewire.robots.car import Settings as CarSettings
 from turtlewire.robots.two_engine import Settings as TwoEngineSettings
 from turtlewire.robots.walter import Settings as WalterSettings
@@ -124,6 +125,40 @@ ROBOTS = [("simple", CAR), ("frame", ENGINES), ("walter", WALTER)]
 def test_an_exact_robot_is_found_exactly(bench: MakeBench, robot: str, values: dict[str, Any]) -> None:
     made = bench(url(robot, values))
     CHECKS[robot](made, made.calibrated(), EXACT)
+
+
+@pytest.mark.parametrize(("robot", "values"), ROBOTS)
+def test_what_was_calibrated_wrong_before_is_found_all_the_same(
+    bench: MakeBench, robot: str, values: dict[str, Any]
+) -> None:
+    wrong = {
+        "simple": CarSettings(
+            calibration=CarCalibration(
+                forward=SpeedCurve(dead_pwm=60, table=((90, 50.0), (255, 300.0))),
+                backward=SpeedCurve(dead_pwm=20, mm_per_s_per_pwm=3.0),
+                trim_deg=5.0,
+                steering=((-255, -500.0), (0, 9000.0), (255, 300.0)),
+                overrun_s=0.2,
+                steer_s=0.9,
+            )
+        ),
+        "frame": TwoEngineSettings(
+            calibration=TwoEngineCalibration(
+                left=SpeedCurve(dead_pwm=60, table=((90, 50.0), (255, 300.0))),
+                right_backward=SpeedCurve(dead_pwm=20, mm_per_s_per_pwm=1.0),
+                track_mm=120.0,
+                pen_servo=None,
+                overrun_s=-0.1,
+            )
+        ),
+        "walter": WalterSettings(
+            distance_scale=1.2, turn_scale=0.8, mm_per_s_per_unit=0.9, deg_per_s_per_unit=1.6
+        ),
+    }[robot]
+    names = WALTER if robot == "walter" else ("calibration",)
+    made = bench(url(robot, values), **{name: getattr(wrong, name) for name in names})
+    assert getattr(made.settings, next(iter(names))) == getattr(wrong, next(iter(names)))
+    CHECKS[robot](made, made.calibrated(), CLOSE)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
