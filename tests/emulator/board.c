@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <avr_adc.h>
 #include <avr_ioport.h>
 #include <avr_uart.h>
 #include <sim_avr.h>
@@ -182,6 +183,7 @@ Board *board_new(const char *elf, const char *chip, uint32_t frequency) {
   board->avr->data = realloc(board->avr->data, ADDRESS_SPACE);
   memset(board->avr->data + board->avr->ramend + 1, 0, ADDRESS_SPACE - board->avr->ramend - 1);
   avr_load_firmware(board->avr, &board->firmware);
+  board->avr->vcc = board->avr->avcc = board->avr->aref = 5000;
   board->avr->log = LOG_WARNING;
   attach(board, pins_of(board));
   for (uint32_t at = 0; at < board->firmware.symbolcount; ++at) {
@@ -259,6 +261,10 @@ uint64_t board_overruns(Board *board) { return board->overruns; }
 uint8_t board_peek(Board *board, uint16_t address) { return board->avr->data[address]; }
 void board_press(Board *board, char port, int pin, int level) {
   avr_raise_irq(avr_io_getirq(board->avr, AVR_IOCTL_IOPORT_GETIRQ(port), pin), (uint32_t)level);
+}
+
+void board_voltage(Board *board, int channel, uint32_t millivolts) {
+  avr_raise_irq(avr_io_getirq(board->avr, AVR_IOCTL_ADC_GETIRQ, channel), millivolts);
 }
 
 /* How many bytes of RAM the stack has never touched. */

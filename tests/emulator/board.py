@@ -77,6 +77,7 @@ def _library() -> Any:
         ("overruns", u64, [board]),
         ("peek", ctypes.c_uint8, [board, ctypes.c_uint16]),
         ("press", None, [board, ctypes.c_char, ctypes.c_int, ctypes.c_int]),
+        ("voltage", None, [board, ctypes.c_int, ctypes.c_uint32]),
         ("untouched", ctypes.c_uint32, [board]),
         ("complaints", ctypes.c_char_p, []),
         ("forgive", None, []),
@@ -196,7 +197,15 @@ class Board:
         port, bit = PINS[pin]
         self._library.board_press(self._board, port.encode(), bit, level)
 
+    def voltage(self, channel: int, volts: float) -> None:
+        """What an analogue pin, A0 to A5, is at."""
+        self._library.board_voltage(self._board, channel, round(volts * 1000.0))
+
     # Memory
+
+    def peek(self, address: int) -> int:
+        """A byte of RAM, or a register."""
+        return int(self._library.board_peek(self._board, address))
 
     @property
     def untouched_bytes(self) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from tools.generators.cpp import FIRMWARE
 from tools.generators.python import ROOT, formatted
 from turtlewire.protocols.frame.description import read
-from turtlewire.protocols.frame.dialect import Dialect
+from turtlewire.protocols.frame.dialect import Dialect, load
 from turtlewire.protocols.frame.header import header, namespace
 from turtlewire.protocols.frame.page import page
 from turtlewire.protocols.message import Field
@@ -86,7 +86,9 @@ def files() -> dict[Path, str]:
     texts = {name: (ROOT / "spec/protocols" / file).read_text("utf-8") for name, file in SOURCES.items()}
     folder = ROOT / "src/turtlewire/protocols/frame"
     dialects = [Dialect(read(text, SOURCES[name])) for name, text in texts.items()]
+    sketch = ROOT / "firmware/Turtlewire/examples/FrameRobot/dialect.toml"
     return {
+        sketch.with_suffix(".h"): header(load(sketch)),
         **{FIRMWARE / f"{namespace(dialect)}.h": header(dialect) for dialect in dialects},
         folder / "messages.py": python(texts),
         **{folder / "dialects" / f"{name}.toml": text for name, text in texts.items()},

@@ -1,0 +1,257 @@
+// Serial Protocol 0.1 with a status: dialect frame-robot.
+// Made by turtlewire from the dialect's file: do not edit.
+//
+// valid() tells whether a message keeps its restrictions: one that does not is not to be carried out.
+// unpack() takes type and fields; it returns false where the type is another or bytes are missing.
+// pack() returns how many bytes it wrote.
+#ifndef TURTLEWIRE_FRAME_FRAME_ROBOT_H
+#define TURTLEWIRE_FRAME_FRAME_ROBOT_H
+
+#include <stdint.h>
+#include <string.h>
+
+namespace frame_frame_robot {
+
+constexpr uint32_t BAUD = 115200UL;
+constexpr uint8_t FRAME_MAGIC = 0xA3;
+constexpr uint8_t FRAME_HEADER = 3;
+constexpr uint8_t FRAME_OVERHEAD = 4;
+constexpr uint8_t MAX_PAYLOAD = 124;
+constexpr uint8_t MAX_FRAME = 128;
+
+// CRC-8/SMBUS from magic
+constexpr uint8_t CRC_POLY = 0x07;
+constexpr uint8_t CRC_INIT = 0x00;
+constexpr bool CRC_REFLECTED = false;
+constexpr uint8_t CRC_XOROUT = 0x00;
+constexpr uint8_t CRC_FIRST = 0;
+
+inline uint8_t crc8_step(uint8_t crc, uint8_t byte) {
+  crc = static_cast<uint8_t>(crc ^ byte);
+  for (uint8_t bit = 0; bit < 8; ++bit) {
+    if (CRC_REFLECTED) {
+      crc = static_cast<uint8_t>((crc & 0x01U) != 0 ? (crc >> 1U) ^ CRC_POLY : crc >> 1U);
+    } else {
+      crc = static_cast<uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ CRC_POLY : crc << 1U);
+    }
+  }
+  return crc;
+}
+
+// The CRC of a frame whose payload has `size` bytes.
+inline uint8_t frame_crc(const uint8_t* frame, uint8_t size) {
+  uint8_t crc = CRC_INIT;
+  for (uint8_t at = CRC_FIRST; at < FRAME_HEADER + size; ++at) {
+    crc = crc8_step(crc, frame[at]);
+  }
+  return static_cast<uint8_t>(crc ^ CRC_XOROUT);
+}
+
+// Makes a frame of a payload that stands at frame + FRAME_HEADER already. Returns the frame's size.
+inline uint8_t finish_frame(uint8_t* frame, uint8_t seq, uint8_t size) {
+  frame[0] = FRAME_MAGIC;
+  frame[1] = seq;
+  frame[2] = size;
+  frame[FRAME_HEADER + size] = frame_crc(frame, size);
+  return static_cast<uint8_t>(size + FRAME_OVERHEAD);
+}
+
+inline void put16(uint8_t* out, uint16_t value) {
+  out[0] = static_cast<uint8_t>(value >> 8U);
+  out[1] = static_cast<uint8_t>(value & 0xFFU);
+}
+
+inline uint16_t get16(const uint8_t* in) {
+  return static_cast<uint16_t>((static_cast<uint16_t>(in[0]) << 8U) | in[1]);
+}
+
+inline void put32(uint8_t* out, uint32_t value) {
+  put16(out, static_cast<uint16_t>(value >> 16U));
+  put16(out + 2, static_cast<uint16_t>(value & 0xFFFFU));
+}
+
+inline uint32_t get32(const uint8_t* in) {
+  return (static_cast<uint32_t>(get16(in)) << 16U) | get16(in + 2);
+}
+
+inline void put_float(uint8_t* out, float value) {
+  static_assert(sizeof(float) == sizeof(uint32_t), "an f32 is an IEEE 754 single");
+  uint32_t bits = 0;
+  memcpy(&bits, &value, sizeof bits);
+  put32(out, bits);
+}
+
+inline float get_float(const uint8_t* in) {
+  const uint32_t bits = get32(in);
+  float value = 0;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+constexpr uint16_t COUNT_SERVOS = 2;
+constexpr uint16_t COUNT_ENGINES = 2;
+
+// Move a servo to an absolute position. (to robot)
+struct SetServoPosition {
+  static constexpr uint8_t TYPE = 0x00;
+  static constexpr uint8_t SIZE = 3;
+  uint8_t servo_id;  // servo number
+  uint8_t position_deg;  // degrees
+};
+
+inline bool valid(const SetServoPosition& message) {
+  return message.servo_id <= 1 && message.position_deg <= 180;
+}
+
+inline uint8_t pack(const SetServoPosition& message, uint8_t* out) {
+  out[0] = 0x00;
+  out[1] = message.servo_id;
+  out[2] = message.position_deg;
+  return 3;
+}
+
+inline bool unpack(const uint8_t* in, uint8_t size, SetServoPosition& message) {
+  if (size < 3 || in[0] != 0x00) {
+    return false;
+  }
+  message.servo_id = in[1];
+  message.position_deg = in[2];
+  return true;
+}
+
+// Turn an engine on with a speed; 0 stops it. (to robot)
+struct EngineForward {
+  static constexpr uint8_t TYPE = 0x01;
+  static constexpr uint8_t SIZE = 3;
+  uint8_t engine_id;  // engine number
+  uint8_t speed;  // 0 still, 255 full speed
+};
+
+inline bool valid(const EngineForward& message) {
+  return message.engine_id <= 1;
+}
+
+inline uint8_t pack(const EngineForward& message, uint8_t* out) {
+  out[0] = 0x01;
+  out[1] = message.engine_id;
+  out[2] = message.speed;
+  return 3;
+}
+
+inline bool unpack(const uint8_t* in, uint8_t size, EngineForward& message) {
+  if (size < 3 || in[0] != 0x01) {
+    return false;
+  }
+  message.engine_id = in[1];
+  message.speed = in[2];
+  return true;
+}
+
+// Turn an engine on in the opposite direction with a speed; 0 stops it. (to robot)
+struct EngineBackward {
+  static constexpr uint8_t TYPE = 0x02;
+  static constexpr uint8_t SIZE = 3;
+  uint8_t engine_id;  // engine number
+  uint8_t speed;  // 0 still, 255 full speed
+};
+
+inline bool valid(const EngineBackward& message) {
+  return message.engine_id <= 1;
+}
+
+inline uint8_t pack(const EngineBackward& message, uint8_t* out) {
+  out[0] = 0x02;
+  out[1] = message.engine_id;
+  out[2] = message.speed;
+  return 3;
+}
+
+inline bool unpack(const uint8_t* in, uint8_t size, EngineBackward& message) {
+  if (size < 3 || in[0] != 0x02) {
+    return false;
+  }
+  message.engine_id = in[1];
+  message.speed = in[2];
+  return true;
+}
+
+// How the robot is: ten times a second. (from robot)
+struct Status {
+  static constexpr uint8_t TYPE = 0x80;
+  static constexpr uint8_t SIZE = 10;
+  uint32_t time_ms;  // milliseconds since the robot was switched on
+  float battery_v;  // volts
+  bool bumper;  // 0 free, 1 touched
+};
+
+inline bool valid(const Status& message) {
+  return message.battery_v >= 0.0F && message.battery_v <= 30.0F;
+}
+
+inline uint8_t pack(const Status& message, uint8_t* out) {
+  out[0] = 0x80;
+  put32(out + 1, message.time_ms);
+  put_float(out + 5, message.battery_v);
+  out[9] = message.bumper ? 1 : 0;
+  return 10;
+}
+
+inline bool unpack(const uint8_t* in, uint8_t size, Status& message) {
+  if (size < 10 || in[0] != 0x80) {
+    return false;
+  }
+  message.time_ms = get32(in + 1);
+  message.battery_v = get_float(in + 5);
+  message.bumper = in[9] != 0;
+  return true;
+}
+
+// Type and fields of a message to robot; 0 for an unknown type.
+inline uint8_t command_size(uint8_t type) {
+  switch (type) {
+    case 0x00: return SetServoPosition::SIZE;
+    case 0x01: return EngineForward::SIZE;
+    case 0x02: return EngineBackward::SIZE;
+    default: return 0;
+  }
+}
+
+// Type and fields of a message from robot; 0 for an unknown type.
+inline uint8_t telemetry_size(uint8_t type) {
+  switch (type) {
+    case 0x80: return Status::SIZE;
+    default: return 0;
+  }
+}
+
+// The dialect as turtlewire's parser wants it: frame::Robot<Dialect, Handler>, frame::Sender<Dialect>.
+struct Dialect {
+  static uint8_t size(uint8_t type) { return command_size(type); }
+  static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }
+
+  // Hands one message, all of whose bytes are there, to handler.message(); false: it breaks its restriction.
+  template <class Handler>
+  static bool dispatch(const uint8_t* in, Handler& handler) {
+    switch (in[0]) {
+      case 0x00: return hand_over<SetServoPosition>(in, handler);
+      case 0x01: return hand_over<EngineForward>(in, handler);
+      case 0x02: return hand_over<EngineBackward>(in, handler);
+      default: return false;
+    }
+  }
+
+ private:
+  template <class Message, class Handler>
+  static bool hand_over(const uint8_t* in, Handler& handler) {
+    Message message = Message();
+    if (!unpack(in, Message::SIZE, message) || !valid(message)) {
+      return false;
+    }
+    handler.message(message);
+    return true;
+  }
+};
+
+}  // namespace frame_frame_robot
+
+#endif  // TURTLEWIRE_FRAME_FRAME_ROBOT_H
