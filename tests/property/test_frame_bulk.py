@@ -128,6 +128,9 @@ def test_frames_that_begin_within_frames() -> None:
     stream = nested + outer + across[4:] + last
     found = in_bulk(stream, dialect, TO_ROBOT)
     assert found == streamed(stream, dialect, TO_ROBOT)
+    for block in range(1, len(stream)):
+        with blocks(block, block):
+            assert in_bulk(stream, dialect, TO_ROBOT) == found
     assert [row[1] for row in found] == [1, 2, 3, 4]
     alone = in_bulk(stream[1:], dialect, TO_ROBOT)
     assert alone == streamed(stream[1:], dialect, TO_ROBOT)

@@ -109,9 +109,9 @@ def _in_a_row(capture: NDArray[np.uint8], at: int, size: int, checksum: Checksum
     rows = tables.powers.reshape(-1, 256)
     # A frame of zeros but for what all have in common; to its CRC, the others' bytes add their share.
     right = algorithm.crc((bytes((MAGIC, 0, size)) + bytes(size))[first:])
-    count = 0
+    count, block = 0, NEAR
     while True:
-        most = min(BLOCK if count else NEAR, len(capture) - at) // step
+        most = min(block, len(capture) - at) // step
         table = capture[at : at + most * step].reshape(most, step)
         crc = table[:, step - 1] ^ right
         for place in range(first, step - 1):
@@ -125,6 +125,7 @@ def _in_a_row(capture: NDArray[np.uint8], at: int, size: int, checksum: Checksum
         at += fine * step
         if fine < most or not most:
             return count
+        block = min(2 * block, BLOCK)
 
 
 def _starts(capture: NDArray[np.uint8], at: int, stop: int, checksum: Checksum) -> NDArray[np.int64]:
