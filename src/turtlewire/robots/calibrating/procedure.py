@@ -81,9 +81,10 @@ class Procedure(ABC, Generic[RobotT]):
                 restore = self._keep()
                 try:
                     yield from getattr(self, f"_measure_{name}")()
-                except DataError as error:
+                except (DataError, ArithmeticError) as error:
                     restore()
-                    text = f"What was measured in this step makes no robot, and is left out: {error}"
+                    why = error if isinstance(error, DataError) else "the numbers contradict one another"
+                    text = f"What was measured in this step makes no robot, and is left out: {why}"
                     yield self._trial(text, "", None)
 
     def _keep(self) -> Callable[[], None]:
