@@ -160,6 +160,8 @@ class FaultyLink(Link):
 
     async def close(self) -> None:
         """Close the link within; what is late is lost."""
+        self._to_robot.clear()
+        self._to_host.clear()
         await self._link.close()
 
     async def reopen(self) -> None:
@@ -168,14 +170,14 @@ class FaultyLink(Link):
         if end <= self.now() < end + self._faults.gone_s:
             raise PortNotFoundError(f"there is no port {self.url} now: a fault that was asked for")
         await self._link.reopen()
-        self._to_robot.clear()
-        self._to_host.clear()
         self._latest = {"robot": -math.inf, "host": -math.inf}
         self._reopened_s = self.now()
 
     async def sleep(self, until: float) -> None:
-        """As the link within."""
-        await self._link.sleep(until)
+        """As the link within; what is late gets through meanwhile."""
+        while self.now() < until:
+            await self._link.sleep(min([until, *(at for at, _, _ in self._to_robot)]))
+            self._deliver()
 
     def _closes_at(self) -> float:
         """When the link will end: once."""

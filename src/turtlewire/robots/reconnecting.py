@@ -144,19 +144,23 @@ class Reconnecting:
         """Open the port, trying again and again; False when there is no more time."""
         session, link = self._session, self._session.link
         await link.close()
-        while True:
+        why = "it ends again each time"
+        while link.now() < self._deadline:
             await link.sleep(min(link.now() + self._pause_s, until, self._deadline))
             self._pause_s = min(max(FIRST_PAUSE_S, 2.0 * self._pause_s), LONGEST_PAUSE_S)
             try:
                 await self._reopen(max(LAST_TRY_S, self._deadline - link.now()))
             except LinkError as error:
-                if isinstance(error, LinkClosedError) or link.now() >= self._deadline:
-                    self._give_up(str(error))
-                if session.ended or link.now() >= until:
+                why = str(error)
+                if isinstance(error, LinkClosedError):
+                    break
+                if link.now() >= until:
                     return False
             else:
                 session.opened_again()
                 return session.is_open
+        self._give_up(why)
+        return False
 
     async def _get_in_step(self) -> None:
         """Stop the robot, and get in step with it, as often as there is time for."""

@@ -175,11 +175,11 @@ class TimedMotions(ABC, Generic[EventT]):
             return
         self._closed = True
         try:
+            if self._session.state != "reconnecting":
+                with contextlib.suppress(LinkError):
+                    await self._part(last_bytes_s)
             if self._session.state == "reconnecting":
                 await self._session.last_try(self._emergency_stop, last_bytes_s)
-                return
-            with contextlib.suppress(LinkError):
-                await self._part(last_bytes_s)
         finally:
             await self._session.close()
 

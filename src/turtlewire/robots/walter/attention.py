@@ -225,18 +225,25 @@ class Attention(Wire):
             return
         self._closed = True
         try:
+            if self.session.state != "reconnecting":
+                with contextlib.suppress(LinkError):
+                    await self._part()
             if self.session.state == "reconnecting":
-                await self.session.last_try(self._emergency_stop, 150.0 / self.settings.baud)
-                return
-            with contextlib.suppress(LinkError):
-                self.stop()
-                if self._connected and self.host.answers and self.host.abandoned:
-                    await self._ask_how_far()
-                    self.stop()
-                # Nothing more is expected: this lets the last bytes go out.
-                await self.session.until(lambda: False, self.link.now() + 150.0 / self.settings.baud)
+                await self.session.last_try(self._emergency_stop, self._last_bytes_s)
         finally:
             await self.session.close()
+
+    async def _part(self) -> None:
+        self.stop()
+        if self._connected and self.host.answers and self.host.abandoned:
+            await self._ask_how_far()
+            self.stop()
+        # Nothing more is expected: this lets the last bytes go out.
+        await self.session.until(lambda: False, self.link.now() + self._last_bytes_s)
+
+    @property
+    def _last_bytes_s(self) -> float:
+        return 150.0 / self.settings.baud
 
     def _emergency_stop(self, now: float) -> bytes:
         self.host.emergency_stop(now)

@@ -236,6 +236,35 @@ def test_letting_go_meanwhile_makes_one_last_try(bench: Callable[[str], Bench], 
     assert gone.robot.is_moving
 
 
+@PROTOCOLS
+def test_a_loss_that_is_noticed_while_letting_go_does_not_keep_the_robot_from_being_stopped(
+    bench: Callable[[str], Bench], protocol: str
+) -> None:
+    made = bench(f"sim:{protocol}?faults=stall:9.9+0.101,close:10,to:robot")
+    made.turtle.drive(1, 0)
+    waiting = made.turtle._robot._session.until(lambda: False, 9.995)
+    made.turtle._runner.run(waiting)
+    assert made.robot.is_moving
+    made.turtle.close(finish=False)  # these bytes are held back, and lost
+    assert 10.0 < made.robot.now < 10.4
+    assert not made.robot.is_moving
+
+
+def test_a_link_that_ends_again_each_time_is_given_up_in_time(bench: Callable[[str], Bench]) -> None:
+    made = bench("sim:walter?faults=close:5&reconnect_s=6")
+
+    def closes_at() -> float:
+        """Whenever it has been open for a hundredth of a second."""
+        return max(5.0, made.faulty._reopened_s + 0.01)
+
+    made.faulty._closes_at = closes_at  # type: ignore[method-assign]
+    made.lose(far)
+    with pytest.raises(LinkClosedError, match=r"within 6 s \(it ends again each time\)"):
+        made.turtle.reconnected()
+    assert 11.0 <= made.robot.now < 11.5
+    assert len(made.notes) == 2
+
+
 def test_a_basic_walter_goes_on_by_reckoning(bench: Callable[[str], Bench]) -> None:
     made = bench("sim:walter?basic=1&faults=close:10")
     made.lose(far)
