@@ -243,7 +243,7 @@ def test_back_and_enough(capsys: pytest.CaptureFixture[str], monkeypatch: pytest
     answered(monkeypatch, *lines)
     assert main([*STEP[:-4], "--steps", "speed,backward", "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
-    assert err.count("It drives ahead at PWM 148 for 0.93 s: about 251 mm") == 3
+    assert err.count("It drives ahead at PWM 148 for 0.93 s: about 251 mm") == 4
     # The step that was done counts.
     assert re.search(r"^forward at PWM 148, mm/s +270 +268\.8$", out, re.MULTILINE)
     assert "backward" not in out
