@@ -42,24 +42,30 @@ class Path:
 
     def __init__(self) -> None:
         self.legs: list[Leg] = []
+        self._size = 0
         self._least_mm = LEAST_MM
 
     def move(self, pose: Pose, *, pen_down: bool) -> None:
         """It is here now, and has come straight."""
         here = (pose.x_mm, pose.y_mm)
         if not self.legs:
-            self.legs.append(Leg(pen_down, [here]))
+            self._begin(pen_down, here)
         elif pen_down != self.legs[-1].pen_down:
-            self.legs.append(Leg(pen_down, [self.legs[-1].points[-1], here]))
+            self._begin(pen_down, self.legs[-1].points[-1], here)
         elif math.dist(here, self.legs[-1].points[-1]) >= self._least_mm:
             self.legs[-1].points.append(here)
-        if sum(len(leg.points) for leg in self.legs) > MAX_POINTS:
+            self._size += 1
+        if self._size > MAX_POINTS:
             self._thin()
 
     def jump(self, pose: Pose) -> None:
         """It is here, and has not come by a way that is known: no line leads here."""
         if self.legs:
-            self.legs.append(Leg(self.legs[-1].pen_down, [(pose.x_mm, pose.y_mm)]))
+            self._begin(self.legs[-1].pen_down, (pose.x_mm, pose.y_mm))
+
+    def _begin(self, pen_down: bool, *points: tuple[float, float]) -> None:
+        self.legs.append(Leg(pen_down, [*points]))
+        self._size += len(points)
 
     def _thin(self) -> None:
         """Leave out every other point; and of legs that are only there because the pen moved, the oldest."""
@@ -67,6 +73,7 @@ class Path:
         self.legs = [
             leg._replace(points=[*leg.points[:-1:2], leg.points[-1]]) for leg in self.legs[-MAX_POINTS // 4 :]
         ]
+        self._size = sum(len(leg.points) for leg in self.legs)
 
 
 class Scale(NamedTuple):

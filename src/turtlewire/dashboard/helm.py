@@ -312,8 +312,8 @@ class Helm:
                     self._sight.lamp = not self._sight.lamp
             case Action.PEN:
                 if self._has("pen", "pen"):
+                    # The wheels stand meanwhile; whoever holds a key goes on wishing.
                     await (robot.pen_up() if robot.is_pen_down else robot.pen_down())
-                    self._carried_out = None  # the wheels stood meanwhile
             case Action.RESUME:
                 if robot.link_state == "stopped":
                     await robot.resume()

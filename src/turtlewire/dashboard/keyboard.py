@@ -107,7 +107,8 @@ class Keyboard:
         found = _KEY.match(text, at) or _ANSWER.match(text, at)
         if found is not None:
             return _item(found), found.end()
-        return (Text(ESCAPE) if text[at + 1] in _AFTER_ESCAPE else Escape()), at + 1
+        after = text[at + 1 : at + 2] or ESCAPE  # which is kept
+        return (Text(ESCAPE) if after in _AFTER_ESCAPE else Escape()), at + 1
 
 
 def _item(found: re.Match[str]) -> Item:

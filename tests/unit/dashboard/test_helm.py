@@ -95,6 +95,10 @@ class Bench:
     def said(self) -> list[str]:
         return [line.text for line in self.helm.view.lines]
 
+    def times(self, text: str) -> int:
+        """How often it was said."""
+        return sum(line.times for line in self.helm._sight._messages.lines() if line.text == text)
+
 
 @pytest.fixture
 def bench() -> Iterator[Callable[..., Bench]]:
@@ -130,6 +134,23 @@ def test_a_wish_that_nobody_renews_ends(bench: Callable[..., Bench], url: str) -
     made.wish_once(0.5, 0.3)
     made.wait_until_moving()
     made.wait_until_standing()
+    if url == "sim:walter":  # gently, before the driver stops it by force
+        wait_until(lambda: "stop" in made.said())
+
+
+def test_who_drives_on_at_once_is_not_stopped_by_the_stop_before(bench: Callable[..., Bench]) -> None:
+    made = bench()
+    made.wish(0.5)
+    made.wait_until_moving()
+    stops = made.times("emergency stop")
+    for _ in range(5):
+        made.let_go()
+        made.wait_until_standing()
+        made.wish(-0.5)
+        made.wait_until_moving()
+    before = made.pose.y_mm
+    wait_until(lambda: made.pose.y_mm < before - 60.0)
+    assert made.times("emergency stop") == stops
 
 
 def test_one_that_is_latched_has_to_be_renewed_too(bench: Callable[..., Bench]) -> None:

@@ -124,6 +124,10 @@ def test_with_releases_what_is_held_is_known_exactly() -> None:
     assert held(one, 0.5) == (1, 0)
     one.release("w", 0.5)
     assert held(one, 0.5) == (0, 0)
+    one.press("w", *AHEAD, 1.0)
+    one.press("a", *LEFT, 1.1)
+    one.release("a", 1.2)  # a sign of life as any other
+    assert one.grip(1.2).until == pytest.approx(1.45)
 
 
 def test_with_releases_one_at_a_time_goes_back_to_what_is_held_still() -> None:

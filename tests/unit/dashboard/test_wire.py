@@ -149,9 +149,15 @@ def test_a_tap_changes_nothing() -> None:
     assert runner.run(tap.read(1.0)) == b"Q"
     while robot.now < 1.0:
         runner.run(tap.read(1.0))
+    assert messages.round_trip is not None
+    tap.write(b"QP\r")
+    before = len(messages._trips)
     tap.write(b"FD" * 20)
     tap.write_urgent(EMERGENCY_STOP)
     assert robot.bytes_on_line <= len(EMERGENCY_STOP) + 1
+    while robot.now < 1.5:
+        runner.run(tap.read(1.5))
+    assert len(messages._trips) == before  # whether what was asked went out nobody knows
     runner.run(tap.sleep(2.0))
     assert tap.now() == 2.0
     tap.wake()
