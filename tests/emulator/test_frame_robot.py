@@ -63,8 +63,9 @@ def test_engines_and_servos_in_one_frame(chip: Chip) -> None:
 
 
 def servo_us(chip: Chip, register: int) -> int:
-    """The width of a servo's pulses, made by timer 1 in hardware: fast PWM up to ICR1, which this emulator does not show
-    at the pins. Both outputs are set at the bottom and cleared at the match; a tick is half a microsecond.
+    """The width of a servo's pulses, which timer 1 makes in hardware: this emulator does not show them at the pins.
+
+    Fast PWM up to ICR1, both outputs set at the bottom and cleared at the match; a tick is half a microsecond.
     """
     assert (chip.peek(TCCR1A), chip.peek(TCCR1A + 1) & 0x1F) == (0xA2, 0x1A)
     assert chip.peek(ICR1) + 256 * chip.peek(ICR1 + 1) + 1 == 20_000 * 2

@@ -261,3 +261,27 @@ def test_the_driver_draws_with_it(chip: Chip) -> None:
     x_mm, y_mm, heading_deg = pose(chip)
     assert math.hypot(x_mm, y_mm) < 0.3
     assert min(heading_deg, 360.0 - heading_deg) < 0.3
+
+
+def test_without_a_single_answer_it_is_drawn_with_too(built: Callable[[str], Built]) -> None:
+    """WalterBasic (W10): the host goes by the time that motions take."""
+
+    async def main(chip: Chip) -> None:
+        robot = AsyncWalter(MemoryLink(chip), Settings(speed=200))
+        await robot.connect()
+        assert not robot.groups
+        for _ in range(4):
+            await robot.forward(20.0)
+            await robot.right(90.0)
+        await robot.finish()
+        await robot.close()
+
+    program = built("WalterBasic")
+    assert program.flash_bytes <= 6994
+    assert program.ram_bytes <= 376
+    with Chip(program.elf, m.BAUD) as chip:
+        asyncio.run(main(chip))
+        assert len(steps(chip)) == pytest.approx(4 * (320 + math.pi * 140 / 4 * 16), abs=8)
+        x_mm, y_mm, heading_deg = pose(chip)
+        assert math.hypot(x_mm, y_mm) < 0.3
+        assert min(heading_deg, 360.0 - heading_deg) < 0.3
