@@ -65,7 +65,10 @@ bench: $(BENCH) ## measure against the peers
 generate: $(DEV) ## make the files again that are made from the specification
 	@$(BIN)/python -m tools.generate
 
-pictures: $(PICTURES) ## draw every example into docs/pictures
+pictures: $(PICTURES) docs/pictures/drive.svg ## draw every example, and the dashboard, into docs/pictures
+
+docs/pictures/drive.svg: tools/dashboard_picture.py $(DEV)
+	@$(BIN)/python -m tools.dashboard_picture > $@
 
 docs/pictures/%.svg: examples/%.logo $(RUNTIME)
 	@mkdir -p $(@D)

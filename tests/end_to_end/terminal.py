@@ -99,7 +99,7 @@ class Terminal:
     def shown(self) -> str:
         """What stands on the screen now."""
         with self._lock:
-            return "\n".join(self._screen.display).replace("\u00a0", " ")
+            return "\n".join(self._screen.display)
 
     def wait_for(self, text: str) -> None:
         """Until this stands on the screen."""

@@ -134,7 +134,7 @@ class Dashboard(App[None], inherit_bindings=False):
             )
         yield Panel(lambda _, height: panels.wire(self._view.lines, height), "wire")
         yield Panel(lambda *_: panels.notices(self._view.notices, controls, self._view.time_s), "notices")
-        yield Panel(lambda *_: self._keys(), "keys")
+        yield Panel(lambda width, _: self._keys(width), "keys")
 
     @property
     def _view(self) -> View:
@@ -146,16 +146,16 @@ class Dashboard(App[None], inherit_bindings=False):
         view = self._view
         return panels.ground(self._chart.draw(width, height, self._path, view.pose, self._helm.obstacles))
 
-    def _keys(self) -> Text:
-        return panels.keys(self._controls.layout, self._helm.features, latched=self._latched)
+    def _keys(self, width: int) -> Text:
+        return panels.keys(self._controls.layout, self._helm.features, width, latched=self._latched)
 
     def on_mount(self) -> None:
         """It begins."""
         self._serving = asyncio.get_running_loop()
         self._path.move(HOME, pen_down=self._view.pen_down is not False)
         self.set_interval(TICK_S, self._tick)
-        self.set_interval(SHOW_S, self._show)
-        self.call_after_refresh(self._show)
+        self.set_interval(SHOW_S, self.show_all)
+        self.call_after_refresh(self.show_all)
         self._helm.note(LATCHED if self._latched else HOLD)
         if self._is_over:
             self.exit()
@@ -164,9 +164,10 @@ class Dashboard(App[None], inherit_bindings=False):
         """Another size."""
         self.query_one("#ground").display = event.size.width >= LEAST_COLUMNS
         self.query_one("#wire").display = event.size.height >= LEAST_ROWS
-        self.call_after_refresh(self._show)
+        self.call_after_refresh(self.show_all)
 
-    def _show(self) -> None:
+    def show_all(self) -> None:
+        """Make all of the picture anew that has changed."""
         view = self._view
         if view.jumped != self._jumps:
             self._jumps = view.jumped

@@ -54,7 +54,6 @@ ENTRIES = {Action.ASK_MOVE_SPEED: "speed", Action.ASK_TURN_SPEED: "speed of turn
 # For so long a notice stands out.
 NEW_S = 8.0
 GAUGE = ("▮", "▯")
-UNBROKEN = "\u00a0"
 
 
 def head(title: str, view: View, width: int) -> Text:
@@ -185,20 +184,21 @@ def notices(given: Sequence[Notice], controls: Controls, now: float) -> Text:
     return text
 
 
-def keys(layout: Layout, features: frozenset[str], *, latched: bool) -> Text:
-    """The keys of this robot."""
-    text = Text()
+def keys(layout: Layout, features: frozenset[str], width: int, *, latched: bool) -> Text:
+    """The keys of this robot, in lines of so many columns."""
+    text, column = Text(), 0
     for each in layout.help:
         if each.feature and each.feature not in features:
             continue
         what = each.what
         if what == "drive":
             what = "drive until Space" if latched else "hold to drive"
-        text.append(_unbroken(each.keys), "bold reverse")
-        text.append(f"{UNBROKEN}{_unbroken(what)}  ")
+        size = len(f"{each.keys} {what}")
+        if column and column + size > width:
+            text.append("\n")
+            column = 0
+        text.append(each.keys, "bold reverse")
+        text.append(f" {what}  ")
+        column += size + 2
     text.rstrip()
     return text
-
-
-def _unbroken(text: str) -> str:
-    return text.replace(" ", UNBROKEN)

@@ -77,7 +77,7 @@ class Sitting:
     def text(self) -> str:
         """What stands on the screen."""
         lines = self.app.screen._compositor.render_strips()
-        return "\n".join(strip.text for strip in lines).replace(panels.UNBROKEN, " ")
+        return "\n".join(strip.text for strip in lines)
 
 
 @pytest.fixture

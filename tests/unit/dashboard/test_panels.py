@@ -120,15 +120,17 @@ def test_notices_the_newest_first_and_new_ones_stand_out() -> None:
 
 
 def test_keys_of_what_the_robot_has() -> None:
-    def told(protocol: str, *features: str, latched: bool = False) -> str:
-        text = panels.keys(layout(protocol), frozenset(features), latched=latched)
-        return text.plain.replace(panels.UNBROKEN, " ")
+    def told(protocol: str, *features: str, latched: bool = False, width: int = 300) -> str:
+        return panels.keys(layout(protocol), frozenset(features), width, latched=latched).plain
 
     assert told("simple", "lamp") == (
         "W A S D or arrows hold to drive  Space stop  1-9 + - speed  L lights  Q quit"
     )
     assert "P pen  " in told("frame", "pen", "horn")
     assert "H horn  " in told("frame", "pen", "horn")
+    lines = told("walter", "lamp", "horn", "pen", width=78).splitlines()
+    assert [len(line.rstrip()) <= 78 for line in lines] == [True, True]
+    assert lines[1].startswith("F V of turns  ")
     assert told("walter", latched=True).startswith(
         "A Z , . or arrows drive until Space  Space stop  S X pen up"
     )
