@@ -33,8 +33,8 @@ class Cable:
     def port(self) -> str:
         return str(self._device)
 
-    def plug_in(self, *arguments: str, robot: str = "walter") -> Simulator:
-        simulator = self._cli.simulate(*arguments, robot=robot)
+    def plug_in(self, *arguments: str, robot: str = "walter", **options: str) -> Simulator:
+        simulator = self._cli.simulate(*arguments, robot=robot, **options)
         self.lead_to(simulator.url)
         return simulator
 

@@ -7,7 +7,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.cli import options, output
-from turtlewire.errors import LinkClosedError, UsageError
+from turtlewire.cli.signals import Interrupted
+from turtlewire.errors import LinkClosedError, TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     import argparse
@@ -176,7 +177,10 @@ class _Calibration:
         try:
             try:
                 progress = self._guided(robot, plan)
-            except BaseException as error:
+            except Interrupted:
+                output.tell("\nNothing was written.")
+                raise
+            except TurtlewireError as error:
                 error.add_note("Nothing was written.")
                 raise
             finally:
