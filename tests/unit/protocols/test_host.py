@@ -24,12 +24,14 @@ from turtlewire.protocols.walter.host import (
     Limit,
     Silent,
 )
+from turtlewire.protocols.walter.robot import Robot
 
 QH, QX, QY, QP = (encode(fence()) for fence in FENCES)
 HEADING = encode(m.HeadingReply(90))
 X, Y = encode(m.XReply(-3)), encode(m.YReply(4))
 PEN = encode(m.PenReply(1))
 FD = encode(m.Forward(200))
+STOPS = 3 * m.EMERGENCY_STOP
 
 
 def ready(**settings: float) -> Host:
@@ -60,7 +62,7 @@ def test_nothing_but_a_stop_goes_out_before_the_first_attention() -> None:
     assert host.data_to_send(100.0) == b""
     assert host.next_timeout() == math.inf
     host.emergency_stop(0.0)
-    assert host.urgent_to_send() == m.EMERGENCY_STOP
+    assert host.urgent_to_send() == STOPS
 
 
 def test_w7_attention_is_sent_once_and_forgets_what_waits() -> None:
@@ -80,12 +82,44 @@ def test_w8_a_stop_forgets_everything_and_nothing_follows_it() -> None:
     host.fence()
     assert host.data_to_send(0.0)
     host.emergency_stop(0.5)
-    assert host.urgent_to_send() == m.EMERGENCY_STOP
+    assert host.urgent_to_send() == STOPS
     assert host.mode is Mode.DIRECT
     assert (host.unsent, host.unfenced_bytes, len(host.unconfirmed)) == (0, 0, 0)
     host.submit(m.Forward(200))
     assert host.data_to_send(1.0) == b""
     assert host.next_timeout() == math.inf
+
+
+@pytest.mark.parametrize("at", range(2 * len(m.EMERGENCY_STOP)))
+@pytest.mark.parametrize("lost", [1, 9])
+def test_w8_a_stop_is_heard_though_bytes_of_it_get_lost(at: int, lost: int) -> None:
+    """One of those that follow is whole, whatever the robot was in the middle of."""
+    host = ready()
+    host.emergency_stop(0.0)
+    data = host.urgent_to_send()
+    for before in (b"F\0\x0d\rB\0", b"CL\0\0", b"2\rAG", b"2\r"):
+        robot = Robot()
+        robot.receive_data(before)
+        acted = robot.receive_data(data[:at] + data[at + lost :])
+        assert robot.mode is Mode.DIRECT
+        assert robot.queued == 0
+        assert acted[-1] == m.Stop()
+
+
+@pytest.mark.parametrize("lost", range(2 * 9 + 11 + 3))
+def test_w7_an_attention_that_nobody_answers_is_heard_though_a_byte_of_it_gets_lost(lost: int) -> None:
+    host = ready()
+    host.answers = False
+    host.attention(0.0)
+    data = host.urgent_to_send()
+    assert len(data) == 2 * 9 + 11 + 3
+    robot = Robot()
+    robot.receive_data(b"F\0\x0d\rB\0")
+    acted = robot.receive_data(data[:lost] + data[lost + 1 :])
+    assert robot.queued == 0
+    assert m.Stop() in acted
+    robot.receive_data(b"F\0\x0d\r")
+    assert (robot.mode, robot.queued) == (Mode.LOGO, 1)
 
 
 def test_w7_attention_replaces_a_stop_that_has_not_gone_out() -> None:
@@ -102,7 +136,7 @@ def test_keys_of_direct_control_go_out_at_once() -> None:
     host.press(m.StartForward())
     assert host.mode == Mode.DIRECT
     host.press(m.SelectLogo())
-    assert host.urgent_to_send() == m.EMERGENCY_STOP + b"G\x07A1"
+    assert host.urgent_to_send() == STOPS + b"G\x07A1"
     assert mode_of(host) is Mode.LOGO
 
 
@@ -333,7 +367,7 @@ def test_w13_a_limit_event_makes_the_stop_go_out_ahead_of_everything(event: byte
         host.submit(m.Forward(200))
     host.data_to_send(0.0)
     assert host.receive_data(event, 0.1) == [Limit(sensor)]
-    assert host.urgent_to_send() == m.EMERGENCY_STOP
+    assert host.urgent_to_send() == STOPS
     assert host.data_to_send(0.1) == b""
     assert host.unsent == 0
 

@@ -406,12 +406,12 @@ def test_w8_after_a_stop_nothing_follows_until_the_next_command(bench: MakeBench
     made.wire.forget()
     discards = made.wire.discards
     made.turtle.stop()
-    assert made.wire.bytes_sent == STOP
+    assert made.wire.bytes_sent == STOP * 3
     assert made.wire.discards == discards + 1
     rest = settle(made.robot, 20.0)
-    assert made.wire.bytes_sent == STOP
+    assert made.wire.bytes_sent == STOP * 3
     made.turtle.forward(10)
-    assert made.wire.bytes_sent.startswith(STOP + ATTENTION)
+    assert made.wire.bytes_sent.startswith(STOP * 3 + ATTENTION)
     made.turtle.finish()
     assert made.error_mm <= 0.5
     assert made.robot.pose.distance_to(*rest[:2]) == pytest.approx(10.0)
@@ -424,7 +424,7 @@ def test_w8_a_stop_takes_back_what_has_not_gone_out(bench: MakeBench) -> None:
     waiting = made.robot.bytes_on_line
     made.turtle.stop()
     assert waiting >= 4
-    assert made.robot.bytes_on_line <= len(STOP) + 1
+    assert made.robot.bytes_on_line <= 3 * len(STOP) + 1
 
 
 def test_a_stop_while_somebody_waits(bench: MakeBench) -> None:

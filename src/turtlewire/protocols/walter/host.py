@@ -50,6 +50,9 @@ GRACE_S = 1.0
 # How often an overdue answer is asked for again. Once is not enough: where the end of a line got lost, the robot takes
 # the next line for its end.
 MAX_PROBES = 2
+# A stop, or an attention that nobody answers, may be damaged on its way, and nobody would notice: so it is sent more than
+# once. To a robot that has stopped, another one is nothing. The first of them still fits its receive ring (W9).
+STOPS_HEARD = 3
 # After a pause this long the rest of a cut-off reply no longer comes.
 INTER_BYTE_S = 0.25
 
@@ -195,12 +198,16 @@ class Host:
         self._forget(now)
         self.attentions += 1
         self._urgent = ATTENTION
+        if not self.answers:
+            # In Logo control, 1 RET RET is an ill-formed line and an empty one: no harm.
+            again = encode(SelectLogo()) + 2 * encode(EmptyLine())
+            self._urgent = EMERGENCY_STOP * (STOPS_HEARD - 1) + ATTENTION + again
         self.mode = Mode.LOGO
 
     def emergency_stop(self, now: float) -> None:
         """W8: from any state to: stopped, direct control. Goes out before anything else."""
         self._forget(now)
-        self._urgent = EMERGENCY_STOP
+        self._urgent = EMERGENCY_STOP * STOPS_HEARD
         self.mode = Mode.DIRECT
 
     def link_lost(self, now: float) -> list[Event]:
