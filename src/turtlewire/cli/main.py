@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 EPILOG = """\
 examples:
   turtlewire run examples/rose.logo --picture rose.svg
+  turtlewire drive                               (by keyboard)
   turtlewire simulate walter --listen pty        (prints a URL)
   turtlewire run examples/rose.logo --port URL   (in another terminal)
   turtlewire stop --port URL

@@ -41,6 +41,7 @@ BANNERS = {
 CERTAINTIES = {"seen": "", "told": "as it says", "reckoned": "by reckoning"}
 # Figures of the connection that tell of something gone wrong, and what to call them.
 LOSSES = {
+    "retries": "retries",
     "resynchronisations": "resyncs",
     "fences_lost": "answers lost",
     "corrections": "corrections",
@@ -131,14 +132,17 @@ def _figures(view: View) -> Iterator[tuple[str, str]]:
     if "bytes_sent" in figures:
         yield "sent", f"{figures['bytes_sent']} bytes"
         yield "received", f"{figures['bytes_received']} bytes"
-    trip = view.round_trip
-    if trip is not None:
-        yield "answers", f"{trip.last_s * 1000:.0f} ms, at most {trip.worst_s * 1000:.0f}"
+    median_s, longest_s = figures.get("round_trip_median_s"), figures.get("round_trip_max_s")
+    if median_s is not None and longest_s is not None:
+        yield "answers", f"{median_s * 1000:.0f} ms, at most {longest_s * 1000:.0f}"
+    is_walter, is_car = "fences" in figures, "window_commands" in figures
     for key, name in LOSSES.items():
-        if key == "corrections" and "fences" not in figures:
+        count = figures.get(key, 0)
+        if key == "resynchronisations":
+            # WALTER is attended to whenever it is asked; a car is brought in step once at the beginning.
+            count = 0 if is_walter else count - 1 if is_car else count
+        elif key == "corrections" and not is_walter:
             continue  # by odometry, all the time
-        # Host and car are brought in step once at the beginning.
-        count = figures.get(key, 0) - (1 if key == "resynchronisations" else 0)
         if count > 0:
             yield "noted", f"{count} {name}"
 

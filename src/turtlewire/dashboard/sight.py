@@ -13,12 +13,9 @@ from turtlewire.robots.frame import Frame
 from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
     from turtlewire.links.link import Link
-    from turtlewire.protocols.message import AnyMessage
     from turtlewire.trace import Obstacle
 
 KINDS = {"walter": "WALTER", "simple": "car", "frame": "two-engine robot"}
@@ -51,7 +48,7 @@ class Ear:
     """
 
     def __init__(self, target: Target, pace: float) -> None:
-        self.messages = Messages(_codec(target), _question(target.protocol), _phrases(target.protocol))
+        self.messages = Messages(_codec(target), _phrases(target.protocol))
         self.link: Link
         self._pace = pace
 
@@ -65,15 +62,6 @@ def _codec(target: Target) -> catalogue.Codec:
     if target.protocol != "frame":
         return catalogue.codec(target.protocol)
     return catalogue.Frame(target.overrides.get("dialect", "0.1"))
-
-
-def _question(protocol: str) -> Callable[[AnyMessage], bool]:
-    """What a robot answers."""
-    if protocol == "walter":
-        from turtlewire.protocols.walter.messages import REPLIES
-
-        return lambda message: type(message) in REPLIES
-    return lambda _: protocol == "simple"
 
 
 def _phrases(protocol: str) -> dict[bytes, str]:
@@ -152,7 +140,6 @@ class Sight:
             horn=self.horn,
             link="closed" if is_over else robot.link_state,
             figures=robot.statistics._asdict(),
-            round_trip=self._messages.round_trip,
             lines=self._messages.lines(),
             notices=notices,
             jumped=self._jumps,

@@ -9,7 +9,7 @@ from turtlewire.turtle import HOME, Pose
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from turtlewire.dashboard.wire import Line, RoundTrip
+    from turtlewire.dashboard.wire import Line
 
 # How sure the pose is: seen (a simulated robot), told by the robot itself, or reckoned from what it was told.
 Certainty = Literal["seen", "told", "reckoned"]
@@ -49,7 +49,6 @@ class View(NamedTuple):
     horn: bool = False
     link: str = "connected"
     figures: Mapping[str, Any] = {}
-    round_trip: RoundTrip | None = None
     lines: tuple[Line, ...] = ()
     notices: tuple[Notice, ...] = ()
     jumped: int = 0

@@ -1,4 +1,4 @@
-"""What passes over the wire, decoded: the last messages of both sides, and how long answers take."""
+"""What passes over the wire, decoded: the last messages of both sides."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from turtlewire.protocols.catalogue import Packet
 from turtlewire.protocols.message import Decoded
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from turtlewire.protocols.catalogue import Codec, Sender
-    from turtlewire.protocols.message import AnyMessage
     from turtlewire.protocols.stream import Decoder, Item
 
 MAX_LINES = 60
 # The same again within this time is counted rather than shown again, seconds.
 AGAIN_S = 1.0
-# A question that is not answered for so long will not be; and so many wait for their answers at most.
-GIVEN_UP_S = 3.0
-MAX_QUESTIONS = 64
-# The longest round trip of the last so many is told.
-TRIPS = 50
 
 
 class Line(NamedTuple):
@@ -46,41 +40,23 @@ class Line(NamedTuple):
     about: str
 
 
-class RoundTrip(NamedTuple):
-    """How long the last answer took, and the slowest of the last ones, seconds."""
-
-    last_s: float
-    worst_s: float
-
-
 class Messages:
     """Decodes both directions, and keeps the last of what they said.
 
     Args:
         codec: of the protocol.
-        is_question: whether the robot answers this.
         phrases: what the host says in one breath, from whatever state, and what it means.
     """
 
-    def __init__(
-        self, codec: Codec, is_question: Callable[[AnyMessage], bool], phrases: Mapping[bytes, str]
-    ) -> None:
+    def __init__(self, codec: Codec, phrases: Mapping[bytes, str]) -> None:
         self._decoders: dict[Sender, Decoder] = {s: codec.decoder(s) for s in ("host", "robot")}
-        self._is_question = is_question
         # The longest first: one may begin with another.
         self._phrases = dict(sorted(phrases.items(), key=lambda phrase: -len(phrase[0])))
         self._lines: deque[Line] = deque(maxlen=MAX_LINES)
-        self._questions: deque[float] = deque(maxlen=MAX_QUESTIONS)
-        self._trips: deque[float] = deque(maxlen=TRIPS)
 
     def lines(self) -> tuple[Line, ...]:
         """The last messages, the oldest first."""
         return tuple(self._lines)
-
-    @property
-    def round_trip(self) -> RoundTrip | None:
-        """None: nothing was answered yet."""
-        return RoundTrip(self._trips[-1], max(self._trips)) if self._trips else None
 
     def passed(self, data: bytes, sender: Sender, now: float) -> None:
         """Bytes passed; ``b""`` lets time pass."""
@@ -95,11 +71,6 @@ class Messages:
             self._note(item, sender, now)
 
     def _note(self, item: Item, sender: Sender, now: float) -> None:
-        if isinstance(item, Decoded):
-            if sender == "host" and self._is_question(item.message):
-                self._questions.append(now)
-            elif sender == "robot":
-                self._answered(now)
         text = _says(item)
         # What a robot tells again and again differs each time: the newest will do.
         about = text if sender == "host" else _about(item)
@@ -114,16 +85,6 @@ class Messages:
                 self._lines[index] = line._replace(text=text, last_s=now, times=line.times + 1)
                 return
         self._lines.append(Line(now, sender, text, 1, now, about))
-
-    def _answered(self, now: float) -> None:
-        while self._questions and now - self._questions[0] > GIVEN_UP_S:
-            self._questions.popleft()
-        if self._questions:
-            self._trips.append(now - self._questions.popleft())
-
-    def forget_questions(self) -> None:
-        """What was asked will not be answered any more: it was taken back, or the link is another one."""
-        self._questions.clear()
 
 
 def _says(item: Item) -> str:
@@ -172,7 +133,6 @@ class Tap(Link):
     def write_urgent(self, data: bytes) -> None:
         """Send bytes ahead of everything."""
         self._link.write_urgent(data)
-        self._messages.forget_questions()
         self._messages.passed(data, "host", self._elapsed_s)
 
     async def read(self, until: float) -> bytes:
@@ -192,7 +152,6 @@ class Tap(Link):
     async def reopen(self) -> None:
         """Open it again."""
         await self._link.reopen()
-        self._messages.forget_questions()
 
     async def sleep(self, until: float) -> None:
         """Let time pass while the link is closed."""

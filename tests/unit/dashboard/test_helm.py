@@ -249,7 +249,7 @@ def test_a_walter_that_stands_is_asked_where_it_is(bench: Callable[..., Bench]) 
     made.let_go()
     wait_until(lambda: made.helm.view.certainty == "told", "its answer")
     assert made.pose.y_mm == pytest.approx(made.robot.pose.y_mm, abs=1.0)
-    assert made.helm.view.round_trip is not None
+    assert made.helm.view.figures["round_trip_median_s"] > 0.0
     # Somebody who drives on meanwhile does not wait for its answers.
     for _ in range(20):
         made.wish(0.5)

@@ -7,7 +7,7 @@ from turtlewire.dashboard.canvas import Cell
 from turtlewire.dashboard.controls import Controls, Wish
 from turtlewire.dashboard.layouts import layout
 from turtlewire.dashboard.view import Notice, View
-from turtlewire.dashboard.wire import Line, RoundTrip
+from turtlewire.dashboard.wire import Line
 from turtlewire.turtle import Pose
 
 
@@ -75,17 +75,26 @@ def test_what_is_wished() -> None:
 
 
 def test_the_link() -> None:
-    figures = {
-        "bytes_sent": 120,
-        "bytes_received": 17,
-        "resynchronisations": 1,
-        "corrections": 3,
-        "seconds": 2.0,
-    }
-    lines = side(View(figures=figures, round_trip=RoundTrip(0.0123, 0.0456)))
-    assert lines[-3:] == ["sent     120 bytes", "received 17 bytes", "answers  12 ms, at most 46"]
-    lines = side(View(figures={**figures, "resynchronisations": 3, "fences": 9, "frames_lost": 2}))
-    assert lines[-3:] == ["noted    2 resyncs", "noted    3 corrections", "noted    2 frames lost"]
+    figures = {"bytes_sent": 120, "bytes_received": 17, "resynchronisations": 3, "corrections": 3}
+    trips = {"round_trip_median_s": 0.0123, "round_trip_max_s": 0.0456, "retries": 0}
+    always = ["sent     120 bytes", "received 17 bytes"]
+
+    def noted(**more: object) -> list[str]:
+        lines = side(View(figures={**figures, **more}))
+        return lines[lines.index(always[0]) :]
+
+    assert noted(window_commands=1, **trips) == [*always, "answers  12 ms, at most 46", "noted    2 resyncs"]
+    assert noted(fences=9, fences_lost=1, round_trip_median_s=None, round_trip_max_s=None) == [
+        *always,
+        "noted    1 answers lost",
+        "noted    3 corrections",
+    ]
+    assert noted(frames_lost=2, repeats=7) == [*always, "noted    3 resyncs", "noted    2 frames lost"]
+    assert noted(fences=1, corrections=0, retries=4, reconnections=1) == [
+        *always,
+        "noted    4 retries",
+        "noted    1 link losses",
+    ]
 
 
 def test_messages() -> None:

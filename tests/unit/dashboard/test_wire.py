@@ -6,7 +6,7 @@ import pytest
 
 from turtlewire.configuration import Target
 from turtlewire.dashboard.sight import Ear, title
-from turtlewire.dashboard.wire import MAX_LINES, MAX_QUESTIONS, Messages, Tap
+from turtlewire.dashboard.wire import MAX_LINES, Messages, Tap
 from turtlewire.links.memory import MemoryLink
 from turtlewire.protocols.frame.codec import FrameEncoder
 from turtlewire.protocols.frame.dialect import shipped
@@ -93,49 +93,11 @@ def test_what_means_nothing_is_seen() -> None:
     assert shown(messages)[0][1].startswith("error: ")
 
 
-def test_round_trips() -> None:
-    messages = heard("simple")
-    assert messages.round_trip is None
-    messages.passed(b"F120000", "host", 1.0)
-    messages.passed(b"L030000", "host", 1.01)
-    messages.passed(b"K", "robot", 1.05)
-    messages.passed(b"K", "robot", 1.08)
-    assert messages.round_trip == pytest.approx((0.07, 0.07))
-    messages.passed(b"F120000", "host", 2.0)
-    messages.passed(b"K", "robot", 2.01)
-    assert messages.round_trip == pytest.approx((0.01, 0.07))
-    messages.passed(b"K", "robot", 2.02)  # to nothing
-    messages.passed(b"F120000", "host", 3.0)  # never answered
-    messages.passed(b"F120000", "host", 7.0)
-    messages.passed(b"K", "robot", 7.02)
-    assert messages.round_trip == pytest.approx((0.02, 0.07))
-    messages.passed(b"F120000", "host", 8.0)
-    messages.forget_questions()
-    messages.passed(b"K", "robot", 8.5)
-    assert messages.round_trip == pytest.approx((0.02, 0.07))
-
-
-def test_only_questions_of_walter_have_a_round_trip_and_frames_have_none() -> None:
-    messages = heard("walter")
-    messages.passed(b"2\r", "host", 0.0)
-    messages.passed(b"LF\r", "robot", 0.5)
-    assert messages.round_trip is None
-    messages = heard("walter")
-    messages.passed(b"QH\r", "host", 1.0)
-    messages.passed(b"QH\0\x5a\r", "robot", 1.25)
-    assert messages.round_trip == pytest.approx((0.25, 0.25))
-    messages = heard("frame", dialect=shipped("0.1"))
-    messages.passed(FrameEncoder(shipped("0.1")).encode([])[0], "host", 0.0)
-    messages.passed(FrameEncoder(shipped("0.1")).encode([])[0], "robot", 0.1)
-    assert messages.round_trip is None
-
-
 def test_memory_is_bounded() -> None:
     messages = heard("simple")
     for n in range(1000):
         messages.passed(f"F{n % 256:03}000".encode(), "host", n * 0.01)
     assert len(messages.lines()) == MAX_LINES
-    assert len(messages._questions) == MAX_QUESTIONS
 
 
 def test_a_tap_changes_nothing() -> None:
@@ -149,14 +111,9 @@ def test_a_tap_changes_nothing() -> None:
     assert runner.run(tap.read(1.0)) == b"Q"
     while robot.now < 1.0:
         runner.run(tap.read(1.0))
-    assert messages.round_trip is not None
-    tap.write(b"QP\r")
-    before = len(messages._trips)
     tap.write(b"FD" * 20)
     tap.write_urgent(EMERGENCY_STOP)
     assert robot.bytes_on_line <= len(EMERGENCY_STOP) + 1
-    messages.passed(b"QP\0\r", "robot", tap.now())
-    assert len(messages._trips) == before  # whether what was asked went out nobody knows
     runner.run(tap.sleep(2.0))
     assert tap.now() == 2.0
     tap.wake()
