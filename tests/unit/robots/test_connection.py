@@ -712,6 +712,17 @@ def test_whoever_is_told_something_may_stop_the_robot_there(bench: MakeBench, gr
     assert error < 0.5
 
 
+@pytest.mark.parametrize("learns", [True, False])
+def test_w7_a_robot_that_answers_nothing_is_told_more_than_once(bench: MakeBench, learns: bool) -> None:
+    made = bench({"groups": frozenset()}, groups=None if learns else frozenset())
+    begun = made.wire.bytes_sent.index(b"V")
+    assert made.wire.bytes_sent[:begun].endswith(STOP * 2 + ATTENTION + b"1\r\r")
+    made.wire.forget()
+    made.turtle.stop()
+    made.turtle.forward(5)
+    assert made.wire.bytes_sent.startswith(STOP * 5 + ATTENTION + b"1\r\r")
+
+
 class Noise:
     """Loses, adds and flips bytes."""
 

@@ -84,7 +84,7 @@ class Attention(Wire):
         One that answers nothing may hear nothing either until it has booted: it is told as long as it may take.
         """
         host, asks = self.host, "Q" in self.groups
-        host.answers = True
+        host.answers = asks
         deadline = self.link.now() + patience_s
         for attempt in count(1):
             self._limit, self._silent = None, False
@@ -103,7 +103,6 @@ class Attention(Wire):
             if self.link.now() >= deadline and attempt >= LEAST_ATTEMPTS:
                 self._without_answers(host.malformed - malformed)
                 break
-        host.answers = "Q" in self.groups
 
     async def _locate(self, *, boots: bool) -> None:
         """After an attention: where the robot is."""
@@ -145,6 +144,7 @@ class Attention(Wire):
             "speed); where it is, is reckoned and not known"
         )
         self.groups = self.groups - {"Q"} if settings.groups is not None else frozenset()
+        self.host.answers = False
         self.host.attention(self.link.now())
 
     async def _bearings(self, *, boots: bool) -> Pose:
