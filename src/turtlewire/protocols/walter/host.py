@@ -50,8 +50,8 @@ GRACE_S = 1.0
 # How often an overdue answer is asked for again. Once is not enough: where the end of a line got lost, the robot takes
 # the next line for its end.
 MAX_PROBES = 2
-# A stop, or an attention that nobody answers, may be damaged on its way, and nobody would notice: so it is sent more than
-# once. To a robot that has stopped, another one is nothing. The first of them still fits its receive ring (W9).
+# A stop, or an attention that nobody answers, may be damaged on its way, and nobody would notice: so it is sent more
+# than once. To a robot that has stopped, another one is nothing. The first of them still fits its receive ring (W9).
 STOPS_HEARD = 3
 # After a pause this long the rest of a cut-off reply no longer comes.
 INTER_BYTE_S = 0.25
@@ -126,7 +126,7 @@ class Host:
         mode: what the robot takes bytes for, as far as the host has told it; None before the first attention.
         interrupted: the tag of the first command that an attention, stop or lost link found unconfirmed, and (for a
             robot that is paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
-        abandoned: the tags of all commands that these found unconfirmed, in order. Whoever has seen to them clears both.
+        abandoned: the tags of all commands that these found unconfirmed, in order; whoever has seen to them clears both.
         attentions: how often the robot's attention was sought (W7); retries: how often an overdue answer was asked for
             again.
         malformed: ill-formed replies; skipped_bytes: of them; unexpected: replies to nothing that was asked. All are
