@@ -68,13 +68,12 @@ def _two_engine_calibration(text: str) -> object:
     return read(TwoEngineCalibration, text)
 
 
-def _calibration(protocol: str, table: dict[str, Any], where: str) -> object:
-    """What stands in ``robots.toml`` itself. Raises ``DataError``, and ``UsageError`` if that robot has none."""
+def _calibrated(protocol: str, table: dict[str, Any], where: str) -> dict[str, Any]:
+    """The settings that a calibration in ``robots.toml`` itself says. Raises ``DataError``."""
     from turtlewire.robots.calibration import KINDS, made
 
-    if protocol not in KINDS:
-        raise UsageError(f"{where}: calibration is for robots that speak {' or '.join(KINDS)}")
-    return made(KINDS[protocol], table, f"{where}: calibration")
+    found = made(KINDS[protocol], table, f"{where}: calibration")
+    return {name: getattr(found, name) for name in table} if protocol == "walter" else {"calibration": found}
 
 
 def _turn(text: str) -> str:
@@ -331,8 +330,8 @@ class Entry(NamedTuple):
         else:
             found = _at_port(where, port, _port_kind(port), options, "walter")
         if isinstance(measured, dict):
-            calibration = _calibration(found.protocol, measured, where)
-            found = found._replace(overrides={**found.overrides, "calibration": calibration})
+            calibrated = _calibrated(found.protocol, measured, where)
+            found = found._replace(overrides={**found.overrides, **calibrated})
         found.settings()  # whether they can drive a robot
         return found._replace(name=self.name)
 

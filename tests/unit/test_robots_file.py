@@ -106,8 +106,9 @@ def test_a_calibration_in_a_file_of_its_own_stays_there(written: Path) -> None:
             "elsie",
             {"calibration": {"track_mm": 150.0}},
             DataError,
-            "calibration is for robots that speak simple",
+            "unknown field `track_mm`",
         ),
+        ("elsie", {"calibration": {"turn_scale": 0.01}}, DataError, "turn_scale is 0.01"),
         ("dot", {"port": "sim:frame", "calibration": {"track": 1.0}}, DataError, "unknown field `track`"),
     ],
 )

@@ -265,12 +265,11 @@ class _Calibration:
         from turtlewire.robots import calibration
 
         entry = configuration.entries().get(self._name)
-        old = (
-            entry.target().settings() if entry is not None else configuration.defaults(self._target.protocol)
-        )
-        if "calibration" not in lines:
-            return {key: value for key, value in lines.items() if value != getattr(old, key)}
-        before = calibration.lines(getattr(old, "calibration"))  # noqa: B009 - not all settings have one
+        old: Any = configuration.defaults(self._target.protocol)
+        if entry is not None:
+            old = entry.target().settings()
+        # A WALTER's settings have no calibration of their own, but its values.
+        before = calibration.lines(old.calibration) if hasattr(old, "calibration") else old._asdict()
         changed = {key: value for key, value in lines["calibration"].items() if value != before[key]}
         return {"calibration": changed} if changed else {}
 
@@ -305,6 +304,9 @@ class _Calibration:
             if not self._target.is_simulated:
                 where["protocol"] = self._target.protocol
             lines = {**where, **lines}
+        elif self._target.protocol == "walter" and not self._target.is_simulated:
+            # The same values may stand there as settings.
+            lines = {**dict.fromkeys(lines["calibration"]), **lines}
         files = robots_file.write(self._name, lines)
         for file in files:
             output.tell(f"written to {file}")

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 
 from turtlewire.errors import DataError
+from turtlewire.protocols.walter.messages import DEG_PER_S_PER_UNIT, MM_PER_S_PER_UNIT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -121,6 +122,29 @@ class SpeedCurve(Calibration, frozen=True, kw_only=True):
     def portion(self, part: float) -> int:
         """The PWM, 0..255, for a part of the driving range, 0..1: 0 stands still, anything above turns the wheel."""
         return self.dead_pwm + max(1, round(part * (FULL_PWM - self.dead_pwm))) if part > 0.0 else 0
+
+
+class WalterCalibration(Calibration, frozen=True, kw_only=True):
+    """What a WALTER makes of its numbers.
+
+    Attributes:
+        mm_per_s_per_unit: above 0; how fast it drives for each unit of speed (W14).
+        deg_per_s_per_unit: above 0; how fast it turns for each unit of speed (W14).
+        distance_scale: how far it truly goes when it is told to go a millimetre: 0.1 to 10 mm.
+        turn_scale: how far it truly turns when it is told to turn a degree: 0.1 to 10 degrees.
+    """
+
+    mm_per_s_per_unit: float = MM_PER_S_PER_UNIT
+    deg_per_s_per_unit: float = DEG_PER_S_PER_UNIT
+    distance_scale: float = 1.0
+    turn_scale: float = 1.0
+
+    def check(self) -> None:
+        """Raises ``ValueError``."""
+        for name in ("mm_per_s_per_unit", "deg_per_s_per_unit"):
+            self._require(name, 0.0 < getattr(self, name) < math.inf, "above 0")
+        for name in ("distance_scale", "turn_scale"):
+            self._require(name, 0.1 <= getattr(self, name) <= 10.0, "from 0.1 to 10")
 
 
 class CarCalibration(Calibration, frozen=True, kw_only=True):
@@ -260,7 +284,11 @@ CalibrationT = TypeVar("CalibrationT", bound=Calibration)
 
 
 # By the protocols of the robots that have one.
-KINDS: dict[str, type[Calibration]] = {"simple": CarCalibration, "frame": TwoEngineCalibration}
+KINDS: dict[str, type[Calibration]] = {
+    "walter": WalterCalibration,
+    "simple": CarCalibration,
+    "frame": TwoEngineCalibration,
+}
 
 
 def made(kind: type[CalibrationT], table: Mapping[str, Any], where: str = "calibration") -> CalibrationT:

@@ -106,11 +106,12 @@ def test_for_programs(capsys: pytest.CaptureFixture[str], written: Path) -> None
     assert scale["new"] == pytest.approx(1.05, rel=0.001)
     assert len(scale["values"]) == 2
     assert set(scale) == {"name", "unit", "old", "new", "spread", "values"}
-    assert told["lines"] == {"turn_scale": pytest.approx(1.05, rel=0.001)}
+    assert told["lines"] == {"calibration": {"turn_scale": pytest.approx(1.05, rel=0.001)}}
     assert told["written"] == [str(written)]
     assert "drives" not in err
-    # In its entry the simulated robot's own value is the same name's: what was found is the driver's.
-    assert "[w]" in written.read_text("utf-8")
+    # Simulated robot and driver have a value of the same name.
+    assert "turn_scale = 1.05\n\n[w.calibration]\nturn_scale = 1.05\n" in written.read_text("utf-8")
+    assert target("w").settings()._asdict()["turn_scale"] == 1.05
 
 
 @pytest.mark.parametrize("protocol", ["walter", "simple", "frame"])

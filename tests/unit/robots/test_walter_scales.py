@@ -182,8 +182,9 @@ def test_what_is_uncertain_is_told_by_what_each_command_leads_to() -> None:
 @pytest.mark.parametrize("name", ["distance_scale", "turn_scale"])
 @pytest.mark.parametrize("value", [0.0, -1.0, 11.0, math.nan])
 def test_scales_that_are_none(name: str, value: float) -> None:
+    scales: Any = {name: value}
     with pytest.raises(UsageError, match=f"{name} is"):
-        Settings(**{name: value}).checked()
+        Settings(**scales).checked()
     with pytest.raises(UsageError, match=name):
         turtlewire.connect(f"sim:walter?{name}=0")
 

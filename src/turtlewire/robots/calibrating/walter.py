@@ -48,7 +48,8 @@ class WalterProcedure(Procedure["Walter"]):
 
     def lines(self) -> Mapping[str, Any]:
         """What was found, as lines of the robot's table in ``robots.toml``."""
-        return {name: getattr(self.settings, name) for name, found in self.found.items() if found.values}
+        found = {name: getattr(self.settings, name) for name, found in self.found.items() if found.values}
+        return {"calibration": found} if found else {}
 
     def _keep(self) -> Callable[[], None]:
         found, settings = super()._keep(), self.settings

@@ -178,7 +178,8 @@ class AsyncTwoEngine(AsyncTimedRobot[FrameMessage]):
         """Turn the wheels for a time, and stand still again: the motion that calibration measures.
 
         Args:
-            left, right: -255..255, ahead above 0; in a dialect that speaks of mm/s, that.
+            left: -255..255, ahead above 0; in a dialect that speaks of mm/s, that.
+            right: the same.
             seconds: above 0, at most 60, from when the robot is told to move to when it is told to stand still.
             settle_s: how long to wait after that, 0..60 seconds; None: as long as the calibration says.
 
