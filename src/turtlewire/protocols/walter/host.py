@@ -126,7 +126,7 @@ class Host:
         mode: what the robot takes bytes for, as far as the host has told it; None before the first attention.
         interrupted: the tag of the first command that an attention, stop or lost link found unconfirmed, and (for a
             robot that is paced, where only one is under way) the part of it that was done by then, 0..1, by the clock.
-        abandoned: the tags of all commands that these found unconfirmed, in order; whoever has seen to them clears both.
+        abandoned: the tags of all commands that these found unconfirmed, in order; whoever sees to them clears both.
         attentions: how often the robot's attention was sought (W7); retries: how often an overdue answer was asked for
             again.
         malformed: ill-formed replies; skipped_bytes: of them; unexpected: replies to nothing that was asked. All are

@@ -166,9 +166,7 @@ class Attention(Wire):
         if not self._connected:
             return HOME
         pose = self.whereabouts()
-        self.tell(
-            f"the robot was stopped near x {pose.x_mm:.0f} mm, y {pose.y_mm:.0f} mm, by reckoning only"
-        )
+        self.tell(f"the robot was stopped near x {pose.x_mm:.0f} mm, y {pose.y_mm:.0f} mm, by reckoning only")
         return pose
 
     def _may_be_at(self, pose: Pose) -> bool:
