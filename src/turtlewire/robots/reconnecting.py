@@ -183,8 +183,6 @@ class Reconnecting:
         except Exception as error:
             session.end(f"the link to {link.url} is not served any more: {error!r}")
             raise
-        if not session.is_open:
-            return
         self.state = "stopped"
         self.count += 1
         session.notify()

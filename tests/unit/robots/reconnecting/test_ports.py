@@ -296,6 +296,8 @@ def test_what_comes_back_dead_is_given_up(
     dead = deaf(there._device)
     with pytest.raises(LinkClosedError, match="does not answer"):
         robot.reconnected()
+    while len([file for file in open_files() if os.ttyname(dead.far) in file]) > 1:
+        assert robot.link_state == "closed"  # and its port is let go of
     robot.close()
     assert begins_with_a_stop(protocol, dead.heard)
 

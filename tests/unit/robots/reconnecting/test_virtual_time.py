@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -15,6 +16,7 @@ from turtlewire.configuration import defaults, target
 from turtlewire.connect import connect
 from turtlewire.errors import LinkClosedError, LinkLostError
 from turtlewire.links.faults import FaultyLink
+from turtlewire.links.link import Link
 from turtlewire.links.memory import MemoryLink
 from turtlewire.protocols.simple import messages as simple
 from turtlewire.protocols.walter import messages as walter
@@ -24,7 +26,6 @@ from turtlewire.turtle import HOME, Pose
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from turtlewire.links.link import Link
 
 PROTOCOLS = pytest.mark.parametrize("protocol", ROBOTS)
 
@@ -263,6 +264,64 @@ def test_a_link_that_ends_again_each_time_is_given_up_in_time(bench: Callable[[s
         made.turtle.reconnected()
     assert 11.0 <= made.robot.now < 11.5
     assert len(made.notes) == 2
+
+
+def test_trying_gets_slower_and_never_much_slower(bench: Callable[[str], Bench]) -> None:
+    made = bench("sim:walter?faults=close:5+20")
+    times: list[float] = []
+    reopen = made.faulty.reopen
+
+    async def counted() -> None:
+        times.append(made.robot.now)
+        await reopen()
+
+    made.faulty.reopen = counted  # type: ignore[method-assign]
+    made.lose(far)
+    made.turtle.reconnected()
+    assert times[0] == pytest.approx(5.0, abs=0.01)  # it may be back at once
+    pauses = [after - before for before, after in pairwise(times)]
+    assert pauses[:5] == pytest.approx([0.05, 0.1, 0.2, 0.4, 0.8], abs=0.001)
+    assert pauses[5:] == pytest.approx([1.0] * len(pauses[5:]), abs=0.001)
+    assert 25.0 <= times[-1] < 26.0
+    # The next time it begins anew.
+    made.turtle.resume()
+    times.clear()
+    made.faulty._faults = made.faulty._faults._replace(close_at_s=made.robot.now + 1.0, gone_s=0.1)
+    made.lose(far)
+    made.turtle.reconnected()
+    assert [after - before for before, after in pairwise(times)] == pytest.approx([0.05, 0.1], abs=0.001)
+    assert made.turtle.statistics.reconnections == 2
+
+
+class Once(MemoryLink):
+    """A link that cannot be opened again, for all that it knows, and ends when it is asked to."""
+
+    reopen = Link.reopen
+    ended = False
+
+    def _check(self) -> None:
+        if self.ended:
+            raise LinkClosedError("it has ended")
+        super()._check()
+
+
+def test_a_link_that_cannot_be_opened_again_is_given_up_at_once() -> None:
+    links: list[Once] = []
+
+    def wrap(link: Link) -> Link:
+        assert isinstance(link, MemoryLink)
+        links.append(Once(link._end, link.url))
+        return links[0]
+
+    robot: Any = connect("sim:walter", notify=lambda _: None, wrap=wrap)
+    links[0].ended = True
+    with pytest.raises(LinkLostError, match=r"it has ended\. The robot"):
+        robot.forward(10)
+    before = links[0].now()
+    with pytest.raises(LinkClosedError, match="cannot be opened again"):
+        robot.reconnected()
+    assert links[0].now() == before
+    robot.close()
 
 
 def test_a_basic_walter_goes_on_by_reckoning(bench: Callable[[str], Bench]) -> None:
