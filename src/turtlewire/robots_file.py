@@ -48,7 +48,9 @@ def write(name: str, values: Mapping[str, Any]) -> list[Path]:
         protocol = configuration.Entry(file, name, dict(table), 1).target().protocol
         parse(KINDS[protocol], texts[own_file], str(own_file))
     if values:
+        rest = _cut_off(table)
         _change(table, values)
+        _last(table).extend(rest)
         texts[file] = document.as_string()
         _check(file, name, texts[file])
     for path, text in texts.items():
@@ -120,9 +122,39 @@ def _add_table(document: TOMLDocument, name: str) -> None:
     document.add(name, tomlkit.table())
 
 
+def _last(table: Any) -> list[Any]:
+    """What stands in the last of a robot's tables: keys with their values, blank lines, comments."""
+    from tomlkit.items import Table
+
+    body: list[Any] = table.value.body if isinstance(table, Table) else []
+    for key, item in reversed(body):
+        if key is not None:
+            return _last(item) if isinstance(item, Table) else body
+    return body
+
+
+def _cut_off(table: Any) -> list[Any]:
+    """Take away the blank line below a robot, and what follows: it is about the next one. Returns that."""
+    from tomlkit.items import Whitespace
+
+    body = _last(table)
+    start = len(body)
+    while start and body[start - 1][0] is None:
+        start -= 1
+    while start < len(body) and not (isinstance(body[start][1], Whitespace) and "\n" in body[start][1].s):
+        start += 1
+    rest = body[start:]
+    del body[start:]
+    return rest
+
+
 def _change(table: MutableMapping[str, Any], values: Mapping[str, Any]) -> None:
     import tomlkit
+    from tomlkit.items import Table
 
+    added: list[str] = []
+    body = table.value.body if isinstance(table, Table) else []
+    indents = [(item.trivia, item.trivia.indent) for key, item in body if key is not None]
     for key, value in values.items():
         if value is None:
             table.pop(key, None)
@@ -132,7 +164,30 @@ def _change(table: MutableMapping[str, Any], values: Mapping[str, Any]) -> None:
                 table[key] = tomlkit.table()
             _change(table[key], value)
         else:
+            if key not in table:
+                added.append(key)
             table[key] = value
+    # A blank line before a table within it, which was not there, is not wanted either.
+    for trivia, indent in indents:
+        trivia.indent = indent
+    _move_up(table, added)
+
+
+def _move_up(table: Any, added: list[str]) -> None:
+    """New lines belong below those that a table has, and above comments about a table within it."""
+    from tomlkit.items import Table
+
+    if not isinstance(table, Table):
+        return
+    body = table.value.body
+    new = [pair for pair in body if pair[0] is not None and pair[0].key in added]
+    old = [pair for pair in body if pair not in new]
+    at = max((i + 1 for i, (key, item) in enumerate(old) if key and not isinstance(item, Table)), default=0)
+    # A comment below a line, without a blank one between, is about it.
+    while at < len(old) and old[at][0] is None and "\n" not in old[at][1].as_string()[:1]:
+        at += 1
+    # Nothing is looked up in here any more: only the order counts.
+    body[:] = [*old[:at], *new, *old[at:]]
 
 
 def _check(file: Path, name: str, text: str) -> None:

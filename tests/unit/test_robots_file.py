@@ -60,6 +60,43 @@ def test_everything_else_stays_as_people_wrote_it(written: Path) -> None:
     assert written.read_text("utf-8") == WRITTEN
 
 
+ABOUT_THE_NEXT = """\
+[elsie]
+port = "sim:walter"
+# she is old
+
+# this one is new:
+[herbie]
+port = "sim:simple"
+
+# it was bent
+[herbie.calibration]
+trim_deg = 1.0
+
+# the end
+"""
+
+
+def test_comments_stay_with_what_they_are_about(file: Path) -> None:
+    file.parent.mkdir()
+    file.write_text(ABOUT_THE_NEXT, "utf-8")
+    robots_file.write("elsie", {"speed": 60, "calibration": {"turn_scale": 1.01}})
+    robots_file.write("herbie", {"window": 2, "calibration": {"forward": {"dead_pwm": 30}}})
+    assert file.read_text("utf-8") == ABOUT_THE_NEXT.replace(
+        "# she is old\n", "# she is old\nspeed = 60\n\n[elsie.calibration]\nturn_scale = 1.01\n"
+    ).replace('port = "sim:simple"\n', 'port = "sim:simple"\nwindow = 2\n').replace(
+        "trim_deg = 1.0\n", "trim_deg = 1.0\n\n[herbie.calibration.forward]\ndead_pwm = 30\n"
+    )
+
+
+def test_tables_in_any_order(file: Path) -> None:
+    file.parent.mkdir()
+    text = '[herbie]\nport = "sim:simple"\n[dot]\nport = "sim:frame"\n[herbie.calibration]\ntrim_deg = 1.0\n'
+    file.write_text(text, "utf-8")
+    robots_file.write("herbie", {"calibration": {"trim_deg": 2.0}})
+    assert file.read_text("utf-8") == text.replace("1.0", "2.0")
+
+
 def test_a_robot_more_comes_last(written: Path) -> None:
     robots_file.write("dot", {"port": "sim:frame"})
     assert written.read_text("utf-8") == WRITTEN + '\n[dot]\nport = "sim:frame"\n'
