@@ -427,6 +427,23 @@ def test_the_pen_of_a_robot_that_was_reset_is_as_it_should_be(bench: Callable[[s
         assert not made.robot.pen_is_down
 
 
+def test_a_robot_that_is_reset_while_it_is_stopped_does_not_move_its_pen(
+    bench: Callable[[str], Bench],
+) -> None:
+    made = bench("sim:frame?dialect=telemetry&pen_servo=0&faults=close:10&boot_s=0.5")
+    made.turtle.pen_up()
+    made.lose(far)
+    made.turtle.reconnected()
+    session = made.turtle._robot._session
+    made.robot.port_opened()
+    made.tap.sent = b""
+    RUNNER.run(session.until(lambda: False, made.robot.now + 2.0))
+    assert any("was reset" in note for note in made.notes)
+    assert made.tap.sent == b""
+    made.turtle.resume()
+    assert made.tap.sent
+
+
 def test_a_program_that_loses_and_finds_its_robot_needs_no_asyncio() -> None:
     program = (
         "import sys, turtlewire\n"
