@@ -237,6 +237,18 @@ def test_a_robot_that_is_not_reached_in_time_is_tried_further(port: MakePort, pr
         robot.forward(10)
 
 
+@KINDS
+def test_a_port_that_is_still_open_is_let_go_of_before_it_is_opened_again(port: MakePort, kind: str) -> None:
+    there = port("walter", kind)
+    with turtlewire.connect(url(there, "walter", "&boot_s=0&faults=close:0.3"), notify=Notes()) as robot:
+        check_lost(robot, lambda: robot.wait(1e6))
+        robot.reconnected(PATIENCE_S)
+        robot.resume()
+        robot.forward(10)
+        robot.finish()
+        assert robot.reported_pose().y_mm == 10.0
+
+
 def test_reconnecting_can_be_switched_off(port: MakePort) -> None:
     there = port("walter")
     robot = turtlewire.connect(url(there, "walter", "&reconnect_s=0"))

@@ -435,6 +435,7 @@ def test_a_robot_that_is_reset_while_it_is_stopped_does_not_move_its_pen(
     made.lose(far)
     made.turtle.reconnected()
     session = made.turtle._robot._session
+    RUNNER.run(session.until(lambda: False, made.robot.now + 2.0))
     made.robot.port_opened()
     made.tap.sent = b""
     RUNNER.run(session.until(lambda: False, made.robot.now + 2.0))
