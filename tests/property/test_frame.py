@@ -195,6 +195,23 @@ def test_every_chunking_gives_the_same_items(
     assert shown(whole.end()) == shown(single.end())
 
 
+@settings(deadline=None)
+@given(
+    st.lists(st.booleans(), min_size=60, max_size=60), st.lists(st.integers(0, 59), max_size=3), st.booleans()
+)
+def test_what_is_refused_is_refused_in_a_row_too(types: list[bool], places: list[int], mixed: bool) -> None:
+    """Each field of a message beyond its limits now and then, among messages that are fine."""
+    payloads = [bytes((kind if mixed else 1, 5, 5)) for kind in types]
+    for number, place in enumerate(places):
+        payloads[place] = bytes((1, 100, 5)) if number % 2 else bytes((1, 5, 2))
+    stream = b"".join(frame_bytes(VARIED, seq, payload) for seq, payload in enumerate(payloads))
+    items = FrameDecoder(VARIED).receive_data(stream)
+    decoder = FrameDecoder(VARIED)
+    assert items == [item for byte in stream for item in decoder.receive_data(bytes([byte]))]
+    refused = [n for n, item in enumerate(items) if isinstance(item, Frame) and item.refused]
+    assert refused == sorted(set(places))
+
+
 def plain_decoder(dialect: Dialect, direction: str, data: bytes) -> tuple[list[tuple[int, bytes]], int]:
     """The frames with a right CRC that a receiver takes, and what is left: F5 said as plainly as it can be."""
     taken, at = [], 0
