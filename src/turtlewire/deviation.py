@@ -16,9 +16,10 @@ from turtlewire.turtle import HOME, Pose, Turtle, direction
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-# How close to one another the points are that are compared; in a long drawing further apart, but no fewer than so many.
+# How close to one another the points are that are compared; in a long drawing further apart, but no fewer than so many,
+# and always the corners.
 POINT_MM = 1.0
-POINTS = 100_000
+POINTS = 3_000
 # Far from the other drawing, points may be apart by this part of their distance to it.
 FAR_PART = 0.05
 # The nearest line is looked for on squared paper with no more squares than this in a row: first in the squares around

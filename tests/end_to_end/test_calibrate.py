@@ -143,6 +143,10 @@ class Trials:
             while "] > " in told:
                 answer = self._answer(told, before)
                 seconds = re.search(r"for ([\d.]+) s", does)
+                if not self.measured:
+                    assert "write a number of mm" in self._sitting.type("a lot")
+                    wrong = self._sitting.type("123456")
+                    assert re.search(r"123456 mm is not plausible: it should be from \d+ to \d+", wrong)
                 self.measured.append((does, float(seconds[1]) if seconds else 0.0, answer))
                 again = self._sitting.type(f"{answer:.3f}")
                 if "is not plausible" in again:  # a busy machine

@@ -46,7 +46,8 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
         output.tell(f"there are no robots in {path()}; `turtlewire ports` shows where some may be")
     for robot in robots if not arguments.json else ():
         if robot["error"] is None:
-            settings = "".join(f", {key} {value}" for key, value in robot["settings"].items())
+            texts = {k: "measured" if isinstance(v, dict) else v for k, v in robot["settings"].items()}
+            settings = "".join(f", {key} {value}" for key, value in texts.items())
             output.write(f"{robot['name']:<12} {robot['protocol']:<8} {robot['port']}{settings}\n")
         else:
             output.tell(f"turtlewire: {robot['error']}")

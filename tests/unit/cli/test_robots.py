@@ -33,6 +33,15 @@ def test_the_list(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
+def test_a_calibration_is_not_printed_in_full(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text('[herbie]\nport = "sim:simple"\n[herbie.calibration]\ntrim_deg = 2.0\n', "utf-8")
+    assert main(["robots"]) == 0
+    assert capsys.readouterr().out.endswith("sim:simple, calibration measured\n")
+    assert main(["robots", "--json"]) == 0
+    (herbie,) = json.loads(capsys.readouterr().out)["robots"]
+    assert herbie["settings"] == {"calibration": {"trim_deg": 2.0}}
+
+
 def test_for_programs(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file.write_text(GOOD, "utf-8")
     assert main(["robots", "--json"]) == 0
