@@ -155,6 +155,18 @@ def test_w8_keys_neither_cut_a_stop_short_nor_build_a_backlog(bench: MakeBench, 
     assert made.robot.mode is Mode.DIRECT
 
 
+def test_w8_keys_do_not_overtake_a_stop_that_has_not_gone_out(bench: MakeBench, settle: Settle) -> None:
+    made = bench()
+    made.turtle.forward(10)
+    made.turtle.finish()
+    # As when somebody is cut off who asks the robot where it is, and another one drives at once.
+    made.turtle._robot._wire.host.emergency_stop(made.robot.now)
+    made.turtle.drive(0.5, 0)
+    settle(made.robot, 0.2)
+    assert made.robot.is_moving
+    assert made.robot.mode is Mode.DIRECT
+
+
 def test_w13_a_limit_while_driven_by_hand(bench: MakeBench) -> None:
     made = bench({"world": World((Wall(-300, 200, 300, 200),))})
     made.turtle.drive(1, 0)

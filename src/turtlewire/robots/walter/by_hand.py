@@ -170,9 +170,12 @@ class ByHand:
         self._newest += 1
         number = self._newest
         if host.mode is Mode.DIRECT:
-            await wire.until(lambda: number != self._newest, wire.session.free_at)
-            if number != self._newest:
-                return
+            # A stop may not have gone out yet, or may go out meanwhile: keys must not overtake half of it.
+            wire.session.flush()
+            while wire.link.now() < wire.session.free_at:
+                await wire.until(lambda: number != self._newest, wire.session.free_at)
+                if number != self._newest:
+                    return
         else:
             wire.halt()
             if not host.answers:
