@@ -170,8 +170,7 @@ class ByHand:
         self._newest += 1
         number = self._newest
         if host.mode is Mode.DIRECT:
-            # A stop may not have gone out yet, or may go out meanwhile: keys must not overtake half of it.
-            wire.session.flush()
+            # A stop may go out meanwhile, and make it longer.
             while wire.link.now() < wire.session.free_at:
                 await wire.until(lambda: number != self._newest, wire.session.free_at)
                 if number != self._newest:
