@@ -117,7 +117,16 @@ def test_the_summary(capfd: pytest.CaptureFixture[str]) -> None:
     assert run("run", "ok.logo", "--picture", "a.svg", "--picture", "b.png", "--picture", "a.svg") == 0
     _, err = capfd.readouterr()
     lines = [line[:13].strip() for line in err.splitlines()]
-    assert lines == ["ok.logo: done", "sent", "driven", "took", "host pose", "robot pose", "deviation", "drawn"]
+    assert lines == [
+        "ok.logo: done",
+        "sent",
+        "driven",
+        "took",
+        "host pose",
+        "robot pose",
+        "deviation",
+        "drawn",
+    ]
     assert "driven     0.01 m in 0." in err
     assert "host pose  x 0 mm, y 10 mm, heading 0 degrees" in err
     assert "robot pose x 0 mm, y 10 mm, heading 0 degrees" in err
