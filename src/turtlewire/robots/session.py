@@ -46,9 +46,9 @@ async def ended(task: asyncio.Task[None]) -> None:
         task.result()
 
 
-def _wake(waiter: asyncio.Future[None]) -> None:
+def _time_is_up(waiter: asyncio.Future[bool]) -> None:
     if not waiter.done():
-        waiter.set_result(None)
+        waiter.set_result(False)
 
 
 class HostMachine(Protocol[Event_co]):
@@ -115,7 +115,7 @@ class Session(Generic[EventT]):
         self._loop: asyncio.AbstractEventLoop | None = None
         self._pump: asyncio.Task[None] | None = None
         # Who waits, and for what; and until when the pump sleeps.
-        self._waiting: dict[asyncio.Future[None], Callable[[], bool]] = {}
+        self._waiting: dict[asyncio.Future[bool], Callable[[], bool]] = {}
         self._sleeps_until = -math.inf
 
     def start(self) -> None:
@@ -200,31 +200,36 @@ class Session(Generic[EventT]):
             if self._loop is None:
                 with contextlib.suppress(_BrokenError):
                     await self._step(deadline)
-            else:
-                await self.change(condition, deadline)
+            elif await self.change(condition, deadline):
+                return True
         raise self.error()
 
-    async def change(self, condition: Callable[[], bool], deadline: float = math.inf) -> None:
-        """Wait until a condition may hold, until a time, or until the link has ended; only where somebody pumps."""
+    async def change(self, condition: Callable[[], bool], deadline: float = math.inf) -> bool:
+        """Wait until a condition has come to hold, until a time, or until the link has ended; where somebody pumps.
+
+        False if the condition has not come to hold.
+        """
         assert self._loop is not None
-        waiter = self._loop.create_future()
+        waiter: asyncio.Future[bool] = self._loop.create_future()
         self._waiting[waiter] = condition
         alarm = None
         if deadline < math.inf:
-            alarm = self._loop.call_later(max(0.0, deadline - self.link.now()), _wake, waiter)
+            alarm = self._loop.call_later(max(0.0, deadline - self.link.now()), _time_is_up, waiter)
         try:
-            await waiter
+            return await waiter
         finally:
-            self._waiting.pop(waiter, None)
+            del self._waiting[waiter]
             if alarm is not None:
                 alarm.cancel()
 
     def notify(self) -> None:
         """Something has happened: wake those who need not wait any longer."""
-        if self._waiting:
-            for waiter, condition in list(self._waiting.items()):
-                if self._is_broken or condition():
-                    _wake(waiter)
+        for waiter, condition in self._waiting.items():
+            if not waiter.done():
+                if self._is_broken:
+                    waiter.set_result(False)
+                elif condition():
+                    waiter.set_result(True)
 
     def check(self) -> None:
         """Before anything that moves the robot. Raises ``LinkLostError`` until that is allowed again, or for good."""

@@ -196,7 +196,7 @@ class Host:
     def idle(self) -> bool:
         """Nothing to send, and everything that was sent is answered."""
         return not (
-            self._unsent or self._stops or self._flights or self._way_back or self._events or self._urgent
+            self._flights or self._unsent or self._stops or self._way_back or self._events or self._urgent
         )
 
     @property

@@ -34,8 +34,7 @@ class Motion(NamedTuple):
         """Where a robot gets that moves so."""
         length = self.speed_mm_per_s * seconds
         if not self.turn_deg_per_s:
-            dx, dy = direction(pose.heading_deg)
-            return Pose(pose.x_mm + length * dx, pose.y_mm + length * dy, pose.heading_deg)
+            return pose.moved(length)
         half_deg = self.turn_deg_per_s * seconds / 2.0
         half = math.radians(half_deg)
         chord = length * (math.sin(half) / half if half else 1.0)
@@ -135,7 +134,7 @@ class Reckoning:
             self._course = 0.0
         elif length_mm:
             # Whoever drives straight on by hand, for hours, is to leave one line.
-            self._draw(motion.after(start, seconds), goes_on=length_mm * self._course > 0.0)
+            self._draw(start.moved(length_mm), goes_on=length_mm * self._course > 0.0)
             self._course = length_mm
 
     def _draw(self, pose: Pose, *, goes_on: bool = False) -> None:
