@@ -122,10 +122,10 @@ def test_a_robot_that_takes_time_to_boot_is_reset_by_the_opening() -> None:
     assert read(link, 2.0) == b""
     link.write(b"V\x14\rF\x01\x00\r")
     assert read(link, 3.0) == b""
-    assert robot.is_moving
+    moves = [robot.is_moving]
     runner.run(link.close())
     runner.run(link.reopen())
-    assert not robot.is_moving
+    assert [*moves, robot.is_moving] == [True, False]
     assert robot.speed == Settings().speed
     assert robot.odometer.y_mm == 0.0
     stood = robot.pose

@@ -71,7 +71,8 @@ def test_walter_begins_anew_with_an_attention() -> None:
     assert host.abandoned == ("move",)
     assert host.interrupted is not None
     tag, part = host.interrupted
-    assert (tag, part) == ("move", pytest.approx(0.1, abs=0.02))
+    assert tag == "move"
+    assert part == pytest.approx(0.1, abs=0.02)
 
 
 def test_walter_keeps_what_was_abandoned_until_somebody_has_seen_to_it() -> None:
