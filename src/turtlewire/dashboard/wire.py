@@ -61,12 +61,11 @@ class Messages:
     def passed(self, data: bytes, sender: Sender, now: float) -> None:
         """Bytes passed; ``b""`` lets time pass."""
         decoder = self._decoders[sender]
-        for phrase, meaning in self._phrases.items() if sender == "host" else ():
-            if data.startswith(phrase):
-                decoder.receive_data(phrase, now)
-                self._add(meaning, meaning, sender, now)
-                data = data[len(phrase) :]
-                break
+        while sender == "host" and (phrase := next(filter(data.startswith, self._phrases), b"")):
+            decoder.receive_data(phrase, now)
+            meaning = self._phrases[phrase]
+            self._add(meaning, meaning, sender, now)
+            data = data[len(phrase) :]
         for item in decoder.receive_data(data, now):
             self._note(item, sender, now)
 

@@ -257,6 +257,11 @@ def test_a_walter_that_stands_is_asked_where_it_is(bench: Callable[..., Bench]) 
         made.let_go()
         made.wait_until_standing()
     assert not made.notices()
+    made.wait_until_standing()
+    made.helm._checked_s = -math.inf  # it is asked now
+    wait_until(lambda: made.helm._asking is not None and not made.helm._asking.done())
+    made.wish(-0.5)
+    made.wait_until_moving()
 
 
 def test_the_pen_of_two_engines_and_what_others_lack(bench: Callable[..., Bench]) -> None:

@@ -70,12 +70,12 @@ def test_what_a_robot_tells_again_and_again_is_one_line_with_the_newest() -> Non
 def test_stops_are_named_and_what_follows_is_decoded() -> None:
     messages = heard("walter")
     messages.passed(ATTENTION + b"QH\r", "host", 0.0)
-    messages.passed(EMERGENCY_STOP + b"XG\x64A", "host", 0.5)
+    messages.passed(EMERGENCY_STOP * 2 + b"XG\x64A", "host", 0.5)
     messages.passed(EMERGENCY_STOP, "host", 0.6)
     assert shown(messages) == [
         ("host", "attention: stop, Logo control", 1),
         ("host", "query_heading", 1),
-        ("host", "emergency stop", 2),
+        ("host", "emergency stop", 3),
         ("host", "lower_pen", 1),
         ("host", "set_move_speed speed=100", 1),
         ("host", "start_forward", 1),
