@@ -30,6 +30,7 @@ LOGIN = (
     "import fcntl, os, sys, termios; os.setsid(); fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
     "os.execv(sys.argv[1], sys.argv[1:])"
 )
+NOHUP = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); "
 # What pyte does not know, and would print: questions and modes of the kitty keyboard protocol.
 UNKNOWN = re.compile(rb"\x1b\[[=<>?][\d;]*u|\x1b\[\?\d+\$p")
 QUESTION = b"\x1b[?u"
@@ -156,11 +157,16 @@ class Terminal:
         self._takes.set()
 
     def run(
-        self, arguments: list[str], folder: Path, environment: Mapping[str, str] | None = None
+        self,
+        arguments: list[str],
+        folder: Path,
+        environment: Mapping[str, str] | None = None,
+        *,
+        nohup: bool = False,
     ) -> subprocess.Popen[bytes]:
-        """Run turtlewire on it, as a shell does: the terminal is its controlling one."""
+        """Run turtlewire on it, as a shell does: the terminal is its controlling one. With ``nohup``, as that does."""
         return subprocess.Popen(
-            [sys.executable, "-c", LOGIN, *COMMAND, *arguments],
+            [sys.executable, "-c", (NOHUP if nohup else "") + LOGIN, *COMMAND, *arguments],
             cwd=folder,
             env=clean_environment() | dict(environment or {}),
             stdin=self.far,

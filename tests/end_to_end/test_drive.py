@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
@@ -13,7 +14,6 @@ from .conftest import DEADLINE_S, Cli, Simulator, wait_until
 if TYPE_CHECKING:
     import subprocess
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
     from .terminal import Terminal
 
@@ -80,11 +80,13 @@ def drive(cli: Cli, terminal: Callable[..., Terminal], tmp_path: Path) -> Iterat
         simulate: tuple[str, ...] = (),
         tells_releases: bool = False,
         environment: dict[str, str] | None = None,
+        nohup: bool = False,
     ) -> Drive:
         simulator = cli.simulate(*simulate, robot=robot, speed="1")
         screen = terminal(*size, tells_releases=tells_releases)
         arguments = ["drive", "--robot", robot, "--port", simulator.url, "--set", "boot_s=0.2", *options]
-        drives.append(Drive(screen, screen.run(arguments, tmp_path, environment), simulator))
+        process = screen.run(arguments, tmp_path, environment, nohup=nohup)
+        drives.append(Drive(screen, process, simulator))
         screen.wait_for("connected")
         screen.wait_for("Space")
         return drives[-1]
@@ -130,11 +132,12 @@ def test_it_drives_while_a_key_is_held(drive: Callable[..., Drive], robot: str) 
         ("simple", "the window is closed"),
         ("simple", "SIGTERM"),
         ("frame", "SIGHUP"),
+        ("frame", "the window is closed, and no signal tells"),
         ("frame", "q"),
     ],
 )
 def test_every_way_out_stops_the_robot(drive: Callable[..., Drive], robot: str, way: str) -> None:
-    driving = drive(robot, "--latched")
+    driving = drive(robot, "--latched", nohup=way.endswith("no signal tells"))
     driving.screen.press(UP)
     driving.wait_until_moving()
     driving.screen.wait_for("(latched)")
@@ -142,7 +145,7 @@ def test_every_way_out_stops_the_robot(drive: Callable[..., Drive], robot: str, 
         driving.screen.press("q")
     elif way == "Ctrl-C":
         driving.screen.press(CTRL_C)
-    elif way == "the window is closed":
+    elif way.startswith("the window is closed"):
         driving.screen.hang_up()
     else:
         driving.process.send_signal(getattr(signal, way))
@@ -190,6 +193,22 @@ def test_a_terminal_that_takes_no_more_keeps_no_robot_moving(drive: Callable[...
     screen.press("q")
     screen.go_on()  # it has something to say at the end
     assert driving.ended() == 0
+
+
+def test_nobody_drives_while_the_program_is_suspended(drive: Callable[..., Drive]) -> None:
+    driving = drive("walter", "--latched")
+    state = Path(f"/proc/{driving.process.pid}/stat")
+    driving.screen.press("a")
+    driving.wait_until_moving()
+    driving.process.send_signal(signal.SIGTSTP)
+    wait_until(
+        lambda: state.read_text("utf-8").rpartition(")")[2].split()[0] == "T", "the program to be stopped"
+    )
+    driving.wait_until_standing()
+    driving.process.send_signal(signal.SIGCONT)
+    driving.screen.wait_for("■ stop")
+    driving.screen.press("z")
+    driving.simulator.wait_for_action("started start_backward")
 
 
 def test_the_keyboard_goes_elsewhere(drive: Callable[..., Drive]) -> None:
