@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from turtlewire.robots.calibrating import Answer, Question, Signal, Trial
 
 HELP = """\
-Before each drive you are told what the robot will do and how much space it needs. While it moves, any key stops it,
-and so does Ctrl-C. Then you are asked what it did: type a number (mm and degrees; 12.5 cm will do, too), or
+Before each drive you are told what the robot will do and how much space it needs. While it moves, {keys}.
+Then you are asked what it did: type a number (mm and degrees; 12.5 cm will do, too), or
   Enter  to keep the present value     r  to repeat the drive     b  to go back     q  to stop here
 """
+KEYS = "any key stops it, and so does Ctrl-C"
+NO_KEYS = "Ctrl-C stops it, and ends this"
 GO = "  Enter: go   s: skip   b: back   q: stop here > "
 CHOICES = {"s": Choice.SKIP, "b": Choice.BACK, "q": Choice.QUIT}
 ANSWERS = {"r": Choice.REPEAT, "b": Choice.BACK, "q": Choice.QUIT}
@@ -53,7 +55,7 @@ class TerminalPerson:
         self._steps = steps
         self._is_watched = in_background and _can_watch()
         self._step = ""
-        output.tell(HELP)
+        output.tell(HELP.format(keys=KEYS if self._is_watched else NO_KEYS))
 
     def begin(self, trial: Trial) -> Choice | None:
         """Tell what the robot will do, and wait for the word."""
