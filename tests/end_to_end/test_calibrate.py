@@ -241,7 +241,9 @@ def test_the_engines_of_a_two_engine_robot(
     assert calibration == {"left_engine": 1, "right_engine": 0, "left_reversed": True}
 
 
-STEER = ("--steps", "speed", "--space-mm", "4000", "--repeats", "1")
+# Eight seconds, more than two metres.
+STEER = ("--steps", "speed", "--space-mm", "20000", "--repeats", "1")
+WHOLE_MM = 2160.0
 
 
 @pytest.fixture
@@ -261,6 +263,7 @@ def test_any_key_stops_it(driving: tuple[Served, Sitting], key: str) -> None:
     robot, sitting = driving
     sitting.screen.press(key)
     robot.wait_until_standing()
+    assert robot.body.pose.y_mm < 0.9 * WHOLE_MM
     assert "stopped: this does not count" in sitting.wait_for_prompt()
     # The same drive once more, if it is wanted.
     sitting.screen.press("\r")
@@ -285,6 +288,7 @@ def test_it_is_stopped_and_nothing_written(driving: tuple[Served, Sitting], how:
         sitting.screen.hang_up()
     assert sitting.end() == 130
     robot.wait_until_standing()
+    assert robot.body.pose.y_mm < 0.9 * WHOLE_MM
     assert robot.body.drive == 0
     assert not sitting.file.exists()
     if how != "hang up":
