@@ -14,7 +14,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.dashboard.controls import Order, Wish
-from turtlewire.dashboard.layouts import Action
+from turtlewire.dashboard.layouts import Action, walter_key
 from turtlewire.dashboard.sight import Ear, Sight, title
 from turtlewire.dashboard.view import Level, Notice, View
 from turtlewire.errors import (
@@ -323,19 +323,10 @@ class Helm:
 
     async def _press(self, order: Order) -> None:
         """WALTER's own keys. A speed that is set while it stands goes out with the key that starts it."""
-        from turtlewire.protocols.walter import messages
-
-        keys = {
-            Action.RAISE_PEN: messages.RaisePen,
-            Action.LOWER_PEN: messages.LowerPen,
-            Action.MOVE_FASTER: messages.MoveFaster,
-            Action.MOVE_SLOWER: messages.MoveSlower,
-            Action.TURN_FASTER: messages.TurnFaster,
-            Action.TURN_SLOWER: messages.TurnSlower,
-        }
+        key = walter_key(order.action)
         moves_pen = order.action in (Action.RAISE_PEN, Action.LOWER_PEN)
-        if self._walter is not None and order.action in keys and (moves_pen or self._is_driven):
-            await self._walter.press(keys[order.action]())
+        if self._walter is not None and key is not None and (moves_pen or self._is_driven):
+            await self._walter.press(key)
             if not self._is_driven:
                 self._stands()  # in direct control now
                 self._is_sure = True

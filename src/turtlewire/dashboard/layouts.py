@@ -10,6 +10,8 @@ from turtlewire.dashboard.holding import Axis
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from turtlewire.protocols.walter.messages import DirectKey
+
 
 class Action(Enum):
     """What a key does that is not held."""
@@ -134,3 +136,17 @@ WALTER = Layout(
 def layout(protocol: str) -> Layout:
     """The keys of the robot that speaks a protocol."""
     return WALTER if protocol == "walter" else WASD
+
+
+def walter_key(action: Action) -> DirectKey | None:
+    """What WALTER is sent for one of its own keys; None: it is not one of those."""
+    from turtlewire.protocols.walter import messages
+
+    return {
+        Action.RAISE_PEN: messages.RaisePen(),
+        Action.LOWER_PEN: messages.LowerPen(),
+        Action.MOVE_FASTER: messages.MoveFaster(),
+        Action.MOVE_SLOWER: messages.MoveSlower(),
+        Action.TURN_FASTER: messages.TurnFaster(),
+        Action.TURN_SLOWER: messages.TurnSlower(),
+    }.get(action)
