@@ -25,7 +25,9 @@ NOBODY = 65534
 @pytest.mark.parametrize("listen", ["pty", "socket://127.0.0.1:0"], ids=["pty", "socket"])
 def test_unplugged_midway(cli: Cli, listen: str) -> None:
     simulator = cli.simulate("--listen", listen)
-    process = cli.start("run", cli.program(ENDLESS), "--port", simulator.url, "--picture", "drawn.svg")
+    process = cli.start(
+        "run", cli.program(ENDLESS), "--port", simulator.url, "--picture", "drawn.svg", "--set", "reconnect_s=0.3"
+    )
     simulator.wait_for_motions(CONFIRMED)
     simulator.signal(signal.SIGKILL)
     ended = process.end()

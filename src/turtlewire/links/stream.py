@@ -25,6 +25,7 @@ CLOSE_TIMEOUT_S = 1.0
 MAX_UNREAD_BYTES = 1 << 20
 # How much is read at once: memory for much more would be fetched from the operating system, and given back, each time.
 READ_BYTES = 1 << 12
+PTYS = "/dev/pts/"
 ENDED = "the link to {url} ended{reason}. Is the robot still plugged in and switched on?"
 # Further apart than this, two ends of a line no longer understand each other for sure.
 BAUD_TOLERANCE = 0.03
@@ -39,7 +40,7 @@ class Connection(asyncio.Protocol):
         straight: where bytes can be written at once, ahead of the transport: nothing waits there; None: they cannot.
         receive: who takes bytes as they come; None: they are kept.
         received: bytes that nobody has taken yet.
-        ended: how it came to its end, for people; None: it has not.
+        ended: how it came to its end, for people; None: it has not. was_cut: by no doing of ours.
         something: set when there is something to look at.
         gone: set when the port is free again.
     """
@@ -52,6 +53,7 @@ class Connection(asyncio.Protocol):
         self.receive: Callable[[bytes], None] | None = None
         self.received = bytearray()
         self.ended: str | None = None
+        self.was_cut = False
         self.something = asyncio.Event()
         self.gone = asyncio.Event()
 
@@ -79,6 +81,7 @@ class Connection(asyncio.Protocol):
         """It came to its end; why, for people."""
         self.straight = None
         if self.ended is None:
+            self.was_cut = exc is not None
             self.ended = ENDED.format(url=self.url, reason=f": {exc}" if exc else "")
         return self.ended
 
@@ -227,7 +230,12 @@ class StreamLink(Link):
                 return
 
     async def reopen(self) -> None:
-        """Open the port again; what came or was to go before is forgotten."""
+        """Open the port again; what came or was to go before is forgotten.
+
+        Raises ``LinkClosedError`` for a pseudo-terminal whose program is gone: what has its name then is another's.
+        """
+        if self._connection.was_cut and Port.parse(self.url).path.startswith(PTYS):
+            raise LinkClosedError(f"the program that made {self.url} has gone, and does not come back to it")
         connection = Connection(self.url)
         connection.receive = self._receive
         try:

@@ -107,11 +107,12 @@ class Reconnecting:
                 "moving"
             )
 
-    def _give_up(self, why: str) -> None:
+    def _give_up(self, why: str, what: str = "") -> None:
         self.gave_up = True
         self._session.end(
-            f"{self._reason} The robot {self._where}; it could not be reached again within {self._reconnect_s:g} s "
-            f"({why}). If it still moves, switch it off; then connect again"
+            f"{self._reason} The robot {self._where}; it "
+            f"{what or f'could not be reached again within {self._reconnect_s:g} s'} ({why}). "
+            "If it still moves, switch it off; then connect again"
         )
         self._notify(self._session.ended)
 
@@ -150,10 +151,11 @@ class Reconnecting:
             self._pause_s = min(max(FIRST_PAUSE_S, 2.0 * self._pause_s), LONGEST_PAUSE_S)
             try:
                 await self._reopen(max(LAST_TRY_S, self._deadline - link.now()))
+            except LinkClosedError as error:
+                self._give_up(str(error), "cannot be reached again")
+                return False
             except LinkError as error:
                 why = str(error)
-                if isinstance(error, LinkClosedError):
-                    break
                 if link.now() >= until:
                     return False
             else:

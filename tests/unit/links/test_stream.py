@@ -444,6 +444,40 @@ def test_a_device_that_is_not_there_yet_can_be_tried_again(device: tuple[int, st
     run(main())
 
 
+def test_the_name_of_a_pseudo_terminal_whose_program_is_gone_is_another_s_soon(tmp_path: Path) -> None:
+    async def main() -> None:
+        near, far = pty.openpty()
+        tty.setraw(far)
+        path = os.ttyname(far)
+        plug = tmp_path / "ttyUSB0"
+        plug.symlink_to(path)
+        for name, is_gone in ((path, True), (str(plug), False)):
+            link = await open_port(name, baud=9600)
+            if name == path:
+                # It was closed, but is there yet.
+                await link.close()
+                await link.reopen()
+            os.close(far)
+            os.close(near)
+            with pytest.raises(LinkClosedError):
+                await read_all(link, 1)
+            await link.close()
+            near, far = pty.openpty()  # which may have the name again
+            tty.setraw(far)
+            plug.unlink()
+            plug.symlink_to(os.ttyname(far))
+            if is_gone:
+                with pytest.raises(LinkClosedError, match="has gone, and does not come back"):
+                    await link.reopen()
+            else:
+                await link.reopen()
+                await link.close()
+        os.close(near)
+        os.close(far)
+
+    run(main())
+
+
 def test_an_opening_that_is_cancelled_leaves_nothing_behind(device: tuple[int, str]) -> None:
     async def main() -> None:
         link = await open_port(device[1], baud=9600)
