@@ -212,6 +212,22 @@ def test_what_is_refused_is_refused_in_a_row_too(types: list[bool], places: list
     assert refused == sorted(set(places))
 
 
+def test_the_first_of_many_frames_has_the_last_number() -> None:
+    stream = b"".join(frame_bytes(VARIED, n % 256, b"\x00\x05\x05") for n in range(255, 400))
+    items = FrameDecoder(VARIED).receive_data(stream)
+    assert [item.seq for item in items if isinstance(item, Frame)] == [n % 256 for n in range(255, 400)]
+    assert not any(item.order for item in items if isinstance(item, Frame))
+
+
+def test_a_size_above_124_is_none_whatever_the_crc() -> None:
+    """With a right CRC, too, alone and in a row (F3)."""
+    for size in (125, 255):
+        stream = b"".join(frame_bytes(VARIED, n, b"\x06" * size) for n in range(20))
+        decoder = FrameDecoder(VARIED)
+        assert not any(isinstance(item, Frame) for item in decoder.receive_data(stream) + decoder.end())
+        assert decoder.statistics.oversized == 20
+
+
 def plain_decoder(dialect: Dialect, direction: str, data: bytes) -> tuple[list[tuple[int, bytes]], int]:
     """The frames with a right CRC that a receiver takes, and what is left: F5 said as plainly as it can be."""
     taken, at = [], 0

@@ -113,6 +113,15 @@ def test_a_capture_longer_than_a_block_with_damage() -> None:
     assert in_bulk(bytes(stream), dialect, TO_ROBOT) == streamed(bytes(stream), dialect, TO_ROBOT)
 
 
+def test_a_size_above_124_is_none_whatever_the_crc() -> None:
+    dialect = shipped("0.1")
+    for size in (124, 125, 252, 255):
+        stream = b"".join(frame_bytes(dialect, n, b"\x01" * size) for n in range(20))
+        for block in (64, 600, 1 << 14):
+            with blocks(block, block):
+                assert len(in_bulk(stream, dialect, TO_ROBOT)) == (20 if size == 124 else 0)
+
+
 def test_frames_that_begin_within_frames() -> None:
     """What begins within a frame that is taken is none; what begins within one that is not, may be."""
     dialect = shipped("0.1")
