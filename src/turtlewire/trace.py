@@ -28,23 +28,14 @@ class Trace:
         self.start = pose
         self.pose = pose
 
-    def move(self, pose: Pose, *, pen_down: bool, goes_on: bool = False) -> None:
-        """Add a straight line from the last pose to this one (a mere turn adds no line).
-
-        ``goes_on``: in the direction of the line before, which gets longer.
-        """
-        x_mm, y_mm, _ = pose
-        before_x_mm, before_y_mm, _ = self.pose
-        self.pose = pose
-        if x_mm == before_x_mm and y_mm == before_y_mm:
+    def move(self, pose: Pose, *, pen_down: bool) -> None:
+        """Add a straight line from the last pose to this one (a mere turn adds no line)."""
+        before, self.pose = self.pose, pose
+        if (pose.x_mm, pose.y_mm) == (before.x_mm, before.y_mm):
             return
-        strokes = self.strokes
-        if not strokes or strokes[-1].pen_down != pen_down:
-            strokes.append(Stroke(pen_down, [(before_x_mm, before_y_mm)]))
-        elif goes_on:
-            strokes[-1].points[-1] = (x_mm, y_mm)
-            return
-        strokes[-1].points.append((x_mm, y_mm))
+        if not self.strokes or self.strokes[-1].pen_down != pen_down:
+            self.strokes.append(Stroke(pen_down, [(before.x_mm, before.y_mm)]))
+        self.strokes[-1].points.append((pose.x_mm, pose.y_mm))
 
     def clear(self) -> None:
         """Forget the strokes; the pose stays and is the new start."""

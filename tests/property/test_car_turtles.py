@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -75,6 +76,31 @@ def test_what_is_owed_is_what_is_between_the_two_headings(
     account.settle()
     assert account.owed_deg == 0.0
     assert account.exact == account.robot
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(-300.0, 300.0), st.sampled_from((0.0, 0.0, -30.0, 45.0)), st.floats(0.001, 3.0)),
+        max_size=20,
+    ),
+    st.integers(0, 20),
+)
+def test_reckoning_does_not_depend_on_whether_anybody_looks(
+    motions: list[tuple[float, float, float]], every: int
+) -> None:
+    looked, alone, now = Reckoning(), Reckoning(), 0.0
+    for number, (speed, turn, seconds) in enumerate(motions):
+        for account in (looked, alone):
+            account.begin(Motion(speed, turn), now)
+        if every and number % every == 0:
+            assert looked.trace.pose == looked.robot
+        now += seconds
+    for account in (looked, alone):
+        account.end(now)
+    assert looked.robot == pytest.approx(alone.robot, abs=1e-6)
+    assert looked.trace.pose == pytest.approx(alone.trace.pose, abs=1e-6)
+    assert looked.distance_mm == alone.distance_mm
+    assert looked.rolled_mm == alone.rolled_mm
 
 
 @given(

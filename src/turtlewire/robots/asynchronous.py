@@ -27,9 +27,7 @@ class AsyncRobot(ABC):
     """
 
     _session: Session[Any]
-    # The way that the robot is known to have gone; and what it draws on, where that can be seen.
-    _way: Trace
-    _paper: Paper | None
+    _paper: Paper | None  # what it draws on, where that can be seen
 
     async def __aenter__(self) -> Self:
         return self
@@ -94,6 +92,11 @@ class AsyncRobot(ABC):
     @abstractmethod
     def features(self) -> frozenset[str]:
         """What else the robot has: see ``Drive``."""
+
+    @property
+    @abstractmethod
+    def _way(self) -> Trace:
+        """The way that the robot is known to have gone."""
 
     @property
     def trace(self) -> Trace:

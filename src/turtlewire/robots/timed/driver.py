@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from turtlewire.links.link import Link
     from turtlewire.robots.timed.motions import SetPointHost
-    from turtlewire.trace import Paper
+    from turtlewire.trace import Paper, Trace
 
 # A motion is slowed down so that it takes at least so long: the wire and the clock are not exact.
 LEAST_HOLD_S = 0.1
@@ -57,11 +57,15 @@ class AsyncTimedRobot(TimedMotions[EventT], AsyncRobot):
             settle_s=settle_s,
             overrun_s=overrun_s,
         )
-        self._way, self._paper = self.account.trace, paper
+        self._paper = paper
         self._speed = speed
         self._tolerance_mm = tolerance_mm
         self._worth_deg = worth_deg
         self._step_by_step = False
+
+    @property
+    def _way(self) -> Trace:
+        return self.account.trace
 
     async def close(self, *, finish: bool = True) -> None:
         """Stop the robot and let go of it: after the motion is done, or with ``finish=False`` at once."""

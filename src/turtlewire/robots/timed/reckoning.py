@@ -52,26 +52,25 @@ class Reckoning:
 
     Attributes:
         exact: where the turtle is.
-        pen_down: whether the pen is.
-        trace: the way that the robot has gone, by reckoning.
         distance_mm: how far its place has moved, there and back counted.
         rolled_mm, rotated_deg: how far it has moved and turned, ahead less back, clockwise less counter-clockwise.
     """
 
     def __init__(self) -> None:
         self.exact = HOME
-        self.pen_down = True
-        self.trace = Trace()
         self.distance_mm = 0.0
         self.rolled_mm = 0.0
         self.rotated_deg = 0.0
         self._robot = HOME
+        # How far it has driven straight since then. It is one line, however many set-points that took: whoever drives
+        # by hand gives many, and seldom asks.
+        self._straight_mm = 0.0
         self._owed_deg = 0.0
         self._motion = STILL
         self._since = -math.inf
+        self._trace = Trace()
         self._is_drawn = True
-        # Which way the last line went: above 0 ahead, below 0 back; 0: whatever comes is another line.
-        self._course = 0.0
+        self._pen_down = True
 
     # ------------------------------------------------------------------ the robot
 
@@ -88,26 +87,46 @@ class Reckoning:
     def begin(self, motion: Motion, now: float, *, is_drawn: bool = True) -> None:
         """From now on the robot moves so, instead of what it did. ``is_drawn``: the trace shows it."""
         self.update(now)
-        self._motion, self._is_drawn = motion, is_drawn
+        if is_drawn is not self._is_drawn:
+            self._draw_line()
+            self._is_drawn = is_drawn
+        self._motion = motion
 
     def end(self, now: float) -> None:
         """The robot stands still from now on."""
         self.begin(STILL, now)
-        self._course = 0.0
+        self._draw_line()
 
     def at(self, now: float) -> Pose:
         """Where the robot is at a time, by reckoning, if it goes on as it does."""
-        return self._motion.after(self._robot, self._elapsed(now))
+        return self._motion.after(self.robot, self._elapsed(now))
 
     @property
     def robot(self) -> Pose:
         """Where the robot was when its motion last changed; where it is, if it stands still."""
+        self._draw_line()
         return self._robot
 
     def place(self, pose: Pose) -> None:
         """The robot is here, as something better than reckoning tells."""
+        self._draw_line()
         self._draw(pose)
-        self._course = 0.0
+
+    @property
+    def pen_down(self) -> bool:
+        """Whether the pen is."""
+        return self._pen_down
+
+    @pen_down.setter
+    def pen_down(self, is_down: bool) -> None:
+        self._draw_line()
+        self._pen_down = is_down
+
+    @property
+    def trace(self) -> Trace:
+        """The way that the robot has gone, by reckoning, until its motion last changed."""
+        self._draw_line()
+        return self._trace
 
     def _elapsed(self, now: float) -> float:
         return max(0.0, now - self._since) if self.is_moving else 0.0
@@ -118,29 +137,37 @@ class Reckoning:
         if seconds <= 0.0:
             return  # what was sent last has not arrived yet
         self._since = now
-        motion, start = self._motion, self._robot
+        motion = self._motion
         if motion is STILL:
             return
-        length_mm, turn_deg = motion.speed_mm_per_s * seconds, motion.turn_deg_per_s * seconds
+        length_mm = motion.speed_mm_per_s * seconds
         self.distance_mm += abs(length_mm)
         self.rolled_mm += length_mm
-        if turn_deg:
-            pieces = math.ceil(abs(turn_deg) / INK_DEG)
-            for piece in range(1, pieces):
-                self._draw(motion.after(start, seconds * piece / pieces))
-            self._draw(motion.after(start, seconds))
-            self._owed_deg -= turn_deg
-            self.rotated_deg += turn_deg
-            self._course = 0.0
-        elif length_mm:
-            # Whoever drives straight on by hand, for hours, is to leave one line.
-            self._draw(start.moved(length_mm), goes_on=length_mm * self._course > 0.0)
-            self._course = length_mm
+        if motion.turn_deg_per_s:
+            self._draw_turn(seconds)
+        else:
+            if length_mm * self._straight_mm < 0.0:  # there and back are two lines
+                self._draw_line()
+            self._straight_mm += length_mm
 
-    def _draw(self, pose: Pose, *, goes_on: bool = False) -> None:
+    def _draw_turn(self, seconds: float) -> None:
+        start, turn_deg = self.robot, self._motion.turn_deg_per_s * seconds
+        pieces = math.ceil(abs(turn_deg) / INK_DEG)
+        for piece in range(1, pieces + 1):
+            self._draw(self._motion.after(start, seconds * piece / pieces))
+        self._owed_deg -= turn_deg
+        self.rotated_deg += turn_deg
+
+    def _draw_line(self) -> None:
+        """The robot is at the end of its line."""
+        if self._straight_mm:
+            length_mm, self._straight_mm = self._straight_mm, 0.0
+            self._draw(self._robot.moved(length_mm))
+
+    def _draw(self, pose: Pose) -> None:
         self._robot = pose
         if self._is_drawn:
-            self.trace.move(pose, pen_down=self.pen_down, goes_on=goes_on)
+            self._trace.move(pose, pen_down=self._pen_down)
 
     # ------------------------------------------------------------------ the exact turtle
 
@@ -157,7 +184,7 @@ class Reckoning:
 
     def settle(self) -> None:
         """Whatever was to come is forgotten: the turtle is where the robot is."""
-        self.exact = self._robot
+        self.exact = self.robot
         self._owed_deg = 0.0
 
     def aim(self, tolerance_mm: float) -> float:
@@ -166,7 +193,7 @@ class Reckoning:
         The robot turns as the turtle did; more than that only to make good what it is off to the side by more than a
         tolerance.
         """
-        target, robot, owed = self.exact, self._robot, self.owed_deg
+        target, robot, owed = self.exact, self.robot, self.owed_deg
         distance = robot.distance_to(target.x_mm, target.y_mm)
         more = wrapped(robot.bearing_to(target.x_mm, target.y_mm) - robot.heading_deg - owed)
         if abs(more) > 90.0:
@@ -176,5 +203,6 @@ class Reckoning:
     @property
     def ahead_mm(self) -> float:
         """How far to drive, as the robot looks now, to get nearest to where the turtle is; backwards when negative."""
-        dx, dy = direction(self._robot.heading_deg)
-        return (self.exact.x_mm - self._robot.x_mm) * dx + (self.exact.y_mm - self._robot.y_mm) * dy
+        robot = self.robot
+        dx, dy = direction(robot.heading_deg)
+        return (self.exact.x_mm - robot.x_mm) * dx + (self.exact.y_mm - robot.y_mm) * dy

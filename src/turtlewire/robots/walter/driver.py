@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
-    from turtlewire.trace import Paper
+    from turtlewire.trace import Paper, Trace
 
 HORNS: dict[str, type[LogoCommand]] = dict(zip(TONES, (HornOff, HornLow, HornHigh), strict=True))
 
@@ -58,8 +58,12 @@ class AsyncWalter(AsyncRobot):
         self._absolute = AbsoluteMoves(self._wire)
         self._by_hand = ByHand(self._wire)
         self._session = self._wire.session
-        self._way, self._paper = self._wire.where.trace, paper
+        self._paper = paper
         self._step_by_step = False
+
+    @property
+    def _way(self) -> Trace:
+        return self._wire.where.trace
 
     async def connect(self) -> None:
         """Get the robot's attention (W7), learn what it can (W10), and take its place as home.
