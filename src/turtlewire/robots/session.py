@@ -54,6 +54,10 @@ def _time_is_up(waiter: asyncio.Future[bool]) -> None:
 class HostMachine(Protocol[Event_co]):
     """The host's end of a protocol, sans-IO."""
 
+    @property
+    def idle(self) -> bool:
+        """Nothing to send now, nor to wait for but the time."""
+
     def urgent_to_send(self) -> bytes:
         """Bytes that overtake everything."""
 
@@ -344,7 +348,10 @@ class Session(Generic[EventT]):
             return  # somebody else has seen it end: what came before does not count any more
         try:
             self._take(data)
-            self._send()
+            if not self._host.idle:
+                self._send()
+            elif self._host.next_timeout() < self._sleeps_until:
+                self.link.wake()
             self.notify()
         except _BrokenError:
             pass  # whoever waits has been woken
