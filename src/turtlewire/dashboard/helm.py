@@ -103,13 +103,11 @@ class Helm:
 
     def steer(self, wish: Wish) -> None:
         """Wish for something else, or for the same again."""
-        self._wish = wish
-        self._soon(self._wake.set)
+        self._soon(lambda: self._take(wish))
 
     def do(self, order: Order) -> None:
         """Have something done once."""
-        self._orders.append(order)
-        self._soon(self._wake.set)
+        self._soon(lambda: self._take(order))
 
     def stop(self) -> None:
         """Stop at once, ahead of everything."""
@@ -187,6 +185,14 @@ class Helm:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _take(self, what: Wish | Order) -> None:
+        """In the order in which things were said: a stop ends what was wished before it, and nothing later."""
+        if isinstance(what, Wish):
+            self._wish = what
+        else:
+            self._orders.append(what)
+        self._wake.set()
 
     def _stop_now(self) -> None:
         self._wish = self._wish._replace(until=-math.inf)

@@ -178,6 +178,21 @@ def test_a_stop_overtakes_and_its_key_begins_nothing_more(bench: Callable[..., B
     made.wait_until_moving()
 
 
+def test_a_stop_ends_nothing_that_comes_after_it(bench: Callable[..., Bench]) -> None:
+    made = bench()
+    made.wish(0.5)
+    made.wait_until_moving()
+    busy = threading.Event()
+    made.helm._soon(lambda: busy.wait(DEADLINE_S))  # so that all of it is there when its turn comes
+    made.helm.stop()
+    made.helm.do(Order(Action.RAISE_PEN))
+    wish = made.wish(-0.5)
+    busy.set()
+    wait_until(lambda: not made.robot.pen_is_down, "the pen")
+    wait_until(lambda: made.helm.view.speed_mm_per_s < 0.0, "the wish after the stop")
+    assert made.helm.refused < wish.number
+
+
 @pytest.mark.parametrize("url", ROBOTS)
 def test_the_way_out_stops_it_and_silences_it(bench: Callable[..., Bench], url: str) -> None:
     made = bench("sim:frame?dialect=telemetry" if url == "sim:frame" else url)
