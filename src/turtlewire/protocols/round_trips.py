@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from array import array
 
 # For the median. The longest is that of all.
 KEPT = 1001
@@ -11,15 +11,20 @@ KEPT = 1001
 class RoundTrips:
     """From when a message was handed over until its answer came, seconds."""
 
-    __slots__ = ("_longest_s", "_recent")
+    __slots__ = ("_longest_s", "_next", "_recent")
 
     def __init__(self) -> None:
-        self._recent: deque[float] = deque(maxlen=KEPT)
+        self._recent = array("d")  # one of these for each of a thousand links
+        self._next = 0
         self._longest_s = 0.0
 
     def add(self, seconds: float) -> None:
         """One more."""
-        self._recent.append(seconds)
+        if self._next < len(self._recent):
+            self._recent[self._next] = seconds
+        else:
+            self._recent.append(seconds)
+        self._next = (self._next + 1) % KEPT
         if seconds > self._longest_s:
             self._longest_s = seconds
 
