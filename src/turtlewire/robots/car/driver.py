@@ -50,7 +50,10 @@ class AsyncCar(CarLine):
             check_valid_s(valid_s)
         if not self._is_ready:
             await self._ready()
-        self._drive(self._motions.motion(pwm, self._steer), lambda: self._submit_motor(pwm))
+        self._take_wheel()
+        self._submit_motor(pwm)
+        self._session.flush()
+        self._driven(self._motions.motion(pwm, self._steer))
         self._expire(valid_s)
         await self._answered()
 
@@ -63,7 +66,10 @@ class AsyncCar(CarLine):
         _check_pwm("steering", steering)
         if not self._is_ready:
             await self._ready()
-        self._drive(self._motions.motion(self._motor, steering), lambda: self._submit_steer(steering))
+        self._take_wheel()
+        self._submit_steer(steering)
+        self._session.flush()
+        self._driven(self._motions.motion(self._motor, steering))
         await self._answered()
 
     async def hold(self, pwm: int, steering: int, seconds: float, settle_s: float | None = None) -> None:
@@ -119,12 +125,11 @@ class AsyncCar(CarLine):
         pwm = int(math.copysign(self._calibration.curve(speed).portion(abs(speed)), speed))
         straight = self._straight
         steer = straight + round(turn * (FULL_PWM - straight if turn > 0.0 else FULL_PWM + straight))
-
-        def submit() -> None:
-            self._submit_steer(steer)
-            self._submit_motor(pwm)
-
-        self._drive(self._motions.motion(pwm, steer), submit)
+        self._take_wheel()
+        self._submit_steer(steer)
+        self._submit_motor(pwm)
+        self._session.flush()
+        self._driven(self._motions.motion(pwm, steer))
         self._expire(valid_s)
 
     @property
@@ -225,10 +230,10 @@ class AsyncCar(CarLine):
         self._show(self.account.pen_down if is_drawn else None)
         await super()._hold(motion, seconds, submit, is_drawn=is_drawn, settle_s=settle_s)
 
-    def _drive(self, motion: Motion, submit: Callable[[], None]) -> None:
+    def _take_wheel(self) -> None:
+        super()._take_wheel()
         if self._road is not None:
             self._show(self.account.pen_down)
-        super()._drive(motion, submit)
 
     def _show(self, pen_down: bool | None) -> None:
         """Have the way from now on drawn, where it can be seen."""

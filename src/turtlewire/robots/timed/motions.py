@@ -296,14 +296,14 @@ class TimedMotions(ABC, Generic[EventT]):
 
     # ------------------------------------------------------------------ by hand
 
-    def _drive(self, motion: Motion, submit: Callable[[], None]) -> None:
-        """Let the robot move so until told otherwise. Takes it away from a program that moves it."""
+    def _take_wheel(self) -> None:
+        """Before a set-point by hand: take the robot away from a program that moves it."""
         if self._is_holding:
             self._stops += 1
             self._session.clear_alarm()
-        submit()
-        self._session.flush()
-        # The account is kept while the bytes are on their way.
+
+    def _driven(self, motion: Motion) -> None:
+        """A set-point by hand is on its way: the robot moves so until told otherwise."""
         self.account.begin(motion, self.link.now() + self._arrival_s)
         self._is_driven = True  # where the turtle is, is settled when it takes over
 

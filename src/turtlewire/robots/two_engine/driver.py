@@ -144,11 +144,12 @@ class AsyncTwoEngine(TwoEngineLine):
         return True
 
     def _steer(self, told: Told, messages: tuple[FrameMessage, ...]) -> None:
-        def submit() -> None:
-            self._host.send(*messages)
-            self._told_wheels = told
-
-        self._drive(self._wheels.motion(told), submit)
+        motion = self._wheels.motion(told)
+        self._take_wheel()
+        self._host.send(*messages)
+        self._told_wheels = told
+        self._session.flush()
+        self._driven(motion)
         self._motions += 1
 
     @property
