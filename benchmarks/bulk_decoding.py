@@ -290,13 +290,13 @@ def loads(count: int) -> list[Load]:
 
 
 def seconds(decode: Callable[[bytes], Any], data: bytes) -> float:
-    """How long one round takes, without the collector."""
+    """The processor's time for one round, without the collector."""
     gc.collect()
     gc.disable()
     try:
-        begin = time.perf_counter()
+        begin = time.process_time()
         made = decode(data)
-        taken = time.perf_counter() - begin
+        taken = time.process_time() - begin
         del made
     finally:
         gc.enable()
@@ -319,7 +319,7 @@ def measured(load: Load, data: bytes, rounds: int) -> dict[str, float]:
     best = dict.fromkeys(ways, float("inf"))
     for _ in range(rounds):
         for name, way in ways.items():
-            # It takes so little time that whatever else the machine does would be most of it.
+            # It takes so little time that whatever else the machine does could be most of it.
             for _ in range(5 if name == "bulk" else 1):
                 best[name] = min(best[name], seconds(way, data))
     return {name: taken / len(data) * 1e9 for name, taken in best.items()}

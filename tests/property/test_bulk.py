@@ -14,7 +14,7 @@ from turtlewire.protocols.simple import bulk as simple_bulk
 from turtlewire.protocols.simple import codec as simple
 from turtlewire.protocols.simple.messages import COMMANDS, SimpleCommand
 from turtlewire.protocols.walter import bulk as walter_bulk
-from turtlewire.protocols.walter import bulk_keys, bulk_lines
+from turtlewire.protocols.walter import bulk_lines
 from turtlewire.protocols.walter import codec as walter
 from turtlewire.protocols.walter.messages import ATTENTION, DIRECT_KEYS, LOGO_COMMANDS, ROBOT_MESSAGES
 
@@ -87,7 +87,6 @@ def walter_blocks(size: int) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         if size:
             patch.setattr(bulk_lines, "BLOCK", size)
-            patch.setattr(bulk_keys, "BLOCK", size)
         yield
 
 

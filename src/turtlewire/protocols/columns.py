@@ -112,6 +112,8 @@ class Reasons:
 
     def numbered(self, code: NDArray[Any]) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         """For each code the index of its text, and the texts."""
+        if not len(code):
+            return np.empty(0, np.int64), ()
         seen = np.zeros(self._codes, np.bool_)
         seen[code] = True
         present = np.flatnonzero(seen)

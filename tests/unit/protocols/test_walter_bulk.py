@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from turtlewire.protocols.message import Decoded, Malformed
-from turtlewire.protocols.walter import bulk_keys, bulk_lines
+from turtlewire.protocols.walter import bulk_lines
 from turtlewire.protocols.walter.bulk import WalterCapture, decode_commands, decode_replies
 from turtlewire.protocols.walter.codec import CommandDecoder, Mode, ReplyDecoder, encode
 from turtlewire.protocols.walter.messages import (
@@ -230,7 +230,6 @@ def stream(chance: random.Random, types: tuple[type[WalterMessage], ...], count:
 @pytest.mark.parametrize("block", [1, 7, 64, 1 << 17])
 def test_long_and_noisy_captures_in_blocks_of_any_size(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bulk_lines, "BLOCK", block)
-    monkeypatch.setattr(bulk_keys, "BLOCK", block)
     chance = random.Random(block)
     count = min(block * 300, 1500)
     for types in (LOGO_COMMANDS, (*LOGO_COMMANDS, *DIRECT_KEYS)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
     Integers = NDArray[np.int64]
 
+# Lines of few types are sorted out type by type, those of more together: this is told by the first lines.
+SAMPLE, FEW = 256, 6
 _DTYPES = {"u16": np.uint16, "i16": np.int16}
 
 
@@ -56,11 +59,13 @@ def _decode(data: bytes, mode: Mode, tables: Tables) -> WalterCapture:
     capture = np.frombuffer(data, np.uint8)
     fields: dict[type[WalterMessage], Fields] = {}
     out_of_range = []
-    for number, message_type in tables.line_fields.items():
-        of_type = np.flatnonzero(kind == number)
-        columns = _fields(capture, offset.take(of_type), message_type)
-        if number in tables.narrow:
-            right = _right(columns, message_type)
+    for (number, message_type), of_type in zip(
+        tables.line_fields.items(), _each(kind, len(tables.line_fields)), strict=True
+    ):
+        columns = (
+            _fields(capture, offset.take(of_type), message_type) if len(of_type) else _none(message_type)
+        )
+        if number in tables.narrow and not (right := _right(columns, message_type)).all():
             columns = {name: column.compress(right) for name, column in columns.items()}
             out_of_range.append(of_type.compress(~right))
         fields[message_type] = columns
@@ -88,6 +93,18 @@ def _decode(data: bytes, mode: Mode, tables: Tables) -> WalterCapture:
     return WalterCapture(data, tables.types, offset, kind, fields, errors, lines.mode)
 
 
+def _each(kind: NDArray[np.uint8], count: int) -> list[Integers]:
+    """Where the lines of each type stand, by their numbers from 0 to below ``count``."""
+    if not len(kind):
+        return [np.empty(0, np.int64)] * count
+    if len(set(kind[:SAMPLE].tolist())) <= FEW:
+        return [np.flatnonzero(kind == number) for number in range(count)]
+    some = np.flatnonzero(kind < count)
+    kinds = kind.take(some)
+    order = np.argsort(kinds, kind="stable")
+    return np.split(some.take(order), kinds.take(order).searchsorted(np.arange(1, count)))
+
+
 def _fields(capture: NDArray[np.uint8], offset: Integers, message_type: type[WalterMessage]) -> Fields:
     """The columns of messages of one type."""
     fields: Fields = {}
@@ -103,6 +120,12 @@ def _fields(capture: NDArray[np.uint8], offset: Integers, message_type: type[Wal
         fields[field.name] = column
         place += width
     return fields
+
+
+@cache
+def _none(message_type: type[WalterMessage]) -> Fields:
+    """The columns of no messages of one type."""
+    return _fields(np.empty(0, np.uint8), np.empty(0, np.int64), message_type)
 
 
 def _right(columns: Fields, message_type: type[WalterMessage]) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from turtlewire.protocols.walter.bulk_tables import Tables
 
     Integers = NDArray[np.int64]
-
-BLOCK = 1 << 17  # of a capture are worked on at a time, so that they stay in the processor's cache
 
 
 class Keys(NamedTuple):
@@ -38,31 +36,6 @@ class Keys(NamedTuple):
 def find_keys(data: bytes, parts: list[tuple[int, int]], tables: Tables) -> Keys:
     """All keys of some parts of a capture; each part but the last ends with a key that takes no byte."""
     keys = b"".join([data[begin:end] for begin, end in parts])
-    splits_not = tables.takes + b"\r"
-    blocks = []
-    at = 0
-    while at < len(keys):
-        end = min(at + BLOCK, len(keys))
-        while at < end < len(keys) and keys[end - 1] in splits_not:
-            end -= 1
-        if end == at:
-            end = len(keys)
-        blocks.append(_block(keys[at:end], at, tables))
-        at = end
-    offset, kind, takes, taken, wrong = (
-        np.concatenate(column) for column in zip(*blocks or [_block(b"", 0, tables)], strict=True)
-    )
-    code = np.frombuffer(keys, np.uint8).take(wrong).astype(np.int64) + WRONG_KEY
-    begins, ends = np.array(parts, np.int64).reshape(-1, 2).T
-    joined = np.cumsum(ends - begins)
-    offset += np.repeat(ends - joined, np.diff(offset.searchsorted(joined), prepend=0))
-    wrong += np.repeat(ends - joined, np.diff(wrong.searchsorted(joined), prepend=0))
-    of_type = {number: taken.compress(takes == number) for number in tables.key_fields}
-    return Keys(offset, kind, of_type, (wrong, np.ones_like(wrong), code))
-
-
-def _block(keys: bytes, at: int, tables: Tables) -> tuple[NDArray[Any], ...]:
-    """Where the keys are and their numbers; the numbers of those that take a byte, and the bytes; what is no key."""
     byte = np.frombuffer(keys, np.uint8)
     kind = np.frombuffer(bytearray(keys).translate(tables.keys), np.uint8)
     takes = np.zeros(len(keys), np.bool_)
@@ -73,11 +46,25 @@ def _block(keys: bytes, at: int, tables: Tables) -> tuple[NDArray[Any], ...]:
         kind[-1] = NOTHING
         place = place[:-1]
     kind[place + 1] = NOTHING
-    line_feed = np.flatnonzero((byte[1:] == LF) & (byte[:-1] == CR) & (kind[:-1] != NOTHING)) + 1
-    kind[line_feed] = NOTHING  # W1
-    right = np.flatnonzero(kind < NOTHING)
-    wrong = np.flatnonzero(kind == NONE)
-    return right + at, kind.take(right), kind.take(place), byte.take(place + 1), wrong + at
+    ret = np.flatnonzero((byte[:-1] == CR) & (byte[1:] == LF))
+    kind[ret.compress(kind.take(ret) != NOTHING) + 1] = NOTHING  # W1
+    taker, byte_taken = kind.take(place), byte.take(place + 1)
+    taken = {number: byte_taken.compress(taker == number) for number in tables.key_fields}
+    right, wrong = np.flatnonzero(kind < NOTHING), np.flatnonzero(kind == NONE)
+    code = byte.take(wrong).astype(np.int64) + WRONG_KEY
+    kind = kind.take(right)
+    return Keys(
+        _in_capture(right, parts), kind, taken, (_in_capture(wrong, parts), np.ones_like(wrong), code)
+    )
+
+
+def _in_capture(place: Integers, parts: list[tuple[int, int]]) -> Integers:
+    """Places in the parts one behind the other, as places in the capture."""
+    if len(parts) <= 1 or not len(place):
+        return place + parts[0][0] if parts and parts[0][0] else place
+    begins, ends = np.array(parts, np.int64).reshape(-1, 2).T
+    joined = np.cumsum(ends - begins)
+    return place + np.repeat(ends - joined, np.diff(place.searchsorted(joined), prepend=0))
 
 
 def _alternate(place: Integers) -> Integers:

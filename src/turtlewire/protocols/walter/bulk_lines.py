@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     Integers = NDArray[np.int64]
 
-BLOCK = 1 << 18  # of a capture are worked on at a time, so that they stay in the processor's cache
+BLOCK = 1 << 18  # of a capture are worked on at a time: so little stays in the processor's cache
 
 
 class Lines(NamedTuple):
@@ -80,7 +80,7 @@ class _Walk:
         self.mode = mode
         self._data, self._tables = data, tables
         self._capture = np.frombuffer(data, np.uint8)
-        self._lines = tables.lines.data
+        self._lines, self._wrong_letters = tables.lines.data, tables.wrong_letters.data
         self._found: list[tuple[Integers, NDArray[np.uint8]]] = []
         self._wrong: list[tuple[Integers, Integers, Integers]] = []
         self._single: list[tuple[int, int]] = []
@@ -129,7 +129,8 @@ class _Walk:
         data = self._data
         size = len(data)
         second = data[at + 1] if at + 1 < size else 0
-        found = self._lines[data[at] << 8 | second]
+        two = data[at] << 8 | second
+        found = self._lines[two]
         decides, kind = at + (found >> 8), found & 255
         if decides >= size:
             return size
@@ -140,9 +141,8 @@ class _Walk:
                 self.mode = Mode.DIRECT
         else:
             stop = end + 1 or size - (size - at) % MAX_RAW
-            letters = data[at] << 8 | (second if decides > at else 0)
             if stop > at:
-                code = letters if kind == NONE else WRONG_RET + data[decides]
+                code = self._wrong_letters[two] if kind == NONE else WRONG_RET + data[decides]
                 self._single_wrong.append((at, stop - at, code))
             if end < 0:
                 return size
@@ -174,7 +174,10 @@ class _Walk:
         wrong = np.flatnonzero(kind == NONE)
         if len(wrong):
             offset = start.take(wrong)
-            code = _codes(window, offset, two.take(wrong), found.take(wrong))
+            of_wrong = found.take(wrong)
+            byte = window.take(offset + (of_wrong >> 8)).astype(np.int64) + WRONG_RET
+            letters = self._tables.wrong_letters.take(two.take(wrong))
+            code = np.where(of_wrong & 255 == NONE, letters, byte)
             self._wrong.append((offset + at, ret.take(wrong) - offset + 1, code))
         if len(wrong) or len(look):
             right = np.flatnonzero(kind < NOTHING)
@@ -230,13 +233,3 @@ class _Walk:
             if at < len(self._data):
                 at = self._line(at)
         return at
-
-
-def _codes(
-    window: NDArray[np.uint8], offset: Integers, two: NDArray[np.uint16], found: NDArray[np.uint16]
-) -> Integers:
-    """What is wrong with lines: their letters, or what stands where RET must be."""
-    decides = found >> 8
-    letters = np.where(decides == 0, two & 0xFF00, two)
-    ret = window.take(offset + decides).astype(np.int64) + WRONG_RET
-    return np.where(found & 255 == NONE, letters, ret)

@@ -30,22 +30,21 @@ if TYPE_CHECKING:
 NOTHING = 254  # stands where the number of a type would: what is here belongs to something else
 NONE = 255  # the number of no type
 
-# Codes of what is wrong: first the two letters of a line, with a 0 for the second if the first is wrong.
-WRONG_RET = 1 << 16
-WRONG_VALUE = WRONG_RET + 256
-WRONG_KEY = WRONG_VALUE + 256
-_CODES = WRONG_KEY + 256
+# Codes of what is wrong: so many for each byte that may stand where RET must be; for each type with a value that is
+# none; for each byte that is no key; and then for letters.
+WRONG_RET, WRONG_VALUE, WRONG_KEY, _WRONG_LETTERS = range(0, 1024, 256)
 
 Types = tuple[type[WalterMessage], ...]
 
 
 class Tables(NamedTuple):
-    """What is looked up; the number of a type is its index in ``types``.
+    """What is looked up; the number of a type is its index in ``types``. Lines that have fields come first.
 
     Attributes:
         types: all types, and how long a message of each is, with a lone CR for its RET.
         lines: of the first two bytes of a line, 256 times the place of the byte that decides about it (RET, or a
             wrong letter), plus the number, or ``NONE``.
+        wrong_letters: of the first two bytes of a line whose letters are wrong, the code.
         direct: the number of the change to direct control, or ``NOTHING``.
         line_fields: types of lines that have fields, by number.
         narrow: numbers of those of which not every value is one.
@@ -57,6 +56,7 @@ class Tables(NamedTuple):
 
     types: dict[type[WalterMessage], int]
     lines: NDArray[np.uint16]
+    wrong_letters: NDArray[np.uint16]
     direct: int
     line_fields: dict[int, type[WalterMessage]]
     narrow: frozenset[int]
@@ -94,6 +94,7 @@ def _cases(letters: bytes) -> list[list[int]]:
 
 
 def _tables(lines: Types, keys: Types, decode: Callable[[bytes, Mode], list[Item]]) -> Tables:
+    lines = tuple(sorted(lines, key=lambda t: not t.FIELDS))
     types = (*lines, *keys)
     number = np.full((256, 256), NONE, np.uint16)
     decides = np.zeros((256, 256), np.uint16)
@@ -113,28 +114,37 @@ def _tables(lines: Types, keys: Types, decode: Callable[[bytes, Mode], list[Item
         for letter in _cases(message_type.LETTERS)[0]:
             key[letter] = at
     key_fields = {at: t for at, t in enumerate(keys, len(lines)) if t.FIELDS}
+    wrong_letters = np.empty((256, 256), np.uint16)
+    letters: list[bytes] = []
+    for byte in range(256):
+        # The second one is looked at only if the first may begin a line of two.
+        followers = range(256 if decides[byte].min() == 1 else 1)
+        wrong_letters[byte] = np.arange(256) % len(followers) + len(letters) + _WRONG_LETTERS
+        letters += [bytes([byte, follower]) for follower in followers]
     plain_line = next(t.LETTERS for t in lines if t.LETTERS and not t.FIELDS)
 
     def reason(code: int) -> str:
-        if code >= WRONG_KEY:
+        mode = Mode.LOGO
+        if code >= _WRONG_LETTERS:
+            example = letters[code - _WRONG_LETTERS]
+        elif code >= WRONG_KEY:
             example, mode = bytes([code - WRONG_KEY]), Mode.DIRECT
         elif code >= WRONG_VALUE:
             wrong = types[code - WRONG_VALUE]
-            example, mode = wrong.LETTERS.ljust(_length(wrong) - 1, b"\xff") + b"\r", Mode.LOGO
-        elif code >= WRONG_RET:
-            example, mode = plain_line + bytes([code - WRONG_RET]) + b"\r", Mode.LOGO
+            example = wrong.LETTERS.ljust(_length(wrong) - 1, b"\xff")
         else:
-            example, mode = code.to_bytes(2, "big") + b"\r", Mode.LOGO
-        return str(decode(example, mode)[0][2])
+            example = plain_line + bytes([code - WRONG_RET])
+        return str(decode(example + b"\r", mode)[0][2])
 
     return Tables(
         types={t: _length(t) for t in types},
         lines=(decides << np.uint16(8) | number).ravel(),
+        wrong_letters=wrong_letters.ravel(),
         direct=types.index(SelectDirect) if SelectDirect in types else NOTHING,
         line_fields={at: t for at, t in enumerate(lines) if t.FIELDS},
         narrow=frozenset(at for at, t in enumerate(lines) if any(map(_is_narrow, t.FIELDS))),
         keys=bytes(key),
         key_fields=key_fields,
         takes=bytes(letter for letter in range(256) if key[letter] in key_fields),
-        reasons=Reasons(_CODES, reason),
+        reasons=Reasons(_WRONG_LETTERS + len(letters), reason),
     )
