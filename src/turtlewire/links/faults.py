@@ -127,7 +127,7 @@ class FaultyLink(Link):
         self._check_open()
         self._to_robot.clear()
         damaged = self._damaged(data, "robot")
-        at = self._due("robot", keep_order=False)
+        at = self._latest["robot"] = self._due("robot", keep_order=False)  # nothing that follows overtakes it
         if at <= self.now():
             self._link.write_urgent(damaged)
         else:

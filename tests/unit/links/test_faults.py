@@ -202,6 +202,16 @@ def test_an_urgent_write_takes_back_what_is_late() -> None:
     assert end.got == [(3.0, b"stop")]
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_nothing_overtakes_an_urgent_write(seed: int) -> None:
+    faulty, end = link(f"delay:1,seed:{seed}")
+    faulty.write_urgent(b"stop")
+    for byte in b"12345":
+        faulty.write(bytes([byte]))
+    read_all(faulty, 2.0)
+    assert b"".join(data for _, data in end.got if data != b"discard") == b"stop12345"
+
+
 def test_an_urgent_write_is_passed_on_as_urgent() -> None:
     faulty, end = link("")
     faulty.write_urgent(b"stop")
