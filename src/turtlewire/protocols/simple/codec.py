@@ -24,6 +24,7 @@ from turtlewire.protocols.simple.messages import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Any
 
 # How many digits a field of a kind takes, and the greatest number that they can say.
 DIGITS = {"u8": (3, 255), "u16": (3, 999), "bit": (1, 1)}
@@ -91,23 +92,33 @@ def encode(message: SimpleMessage) -> bytes:
 
     Raises ``MessageError`` if a field is out of range.
     """
-    message.check()
-    template, values = _template(type(message))
-    return template % values(message)
+    return _encoder(type(message))(message)
 
 
 @cache
-def _template(message_type: type[SimpleMessage]) -> tuple[bytes, Callable[[SimpleMessage], object]]:
-    """The bytes of a kind of message with a place for each field, and what gets the fields."""
+def _encoder(message_type: type[SimpleMessage]) -> Callable[[SimpleMessage], bytes]:
+    """What encodes one kind of message: into its bytes with a place for each field, made once."""
+    fields = message_type.FIELDS
     if not issubclass(message_type, SimpleCommand):
-        return message_type.LETTER, lambda _: ()
-    places = [b"%%0%dd" % DIGITS[field.kind][0] for field in message_type.FIELDS]
-    free = LENGTH - 1 - sum(DIGITS[field.kind][0] for field in message_type.FIELDS)
-    names = [field.name for field in message_type.FIELDS]
-    return (
-        message_type.LETTER + b"".join(places) + DONT_CARE * free,
-        attrgetter(*names) if names else lambda _: (),
-    )
+        return lambda _: message_type.LETTER
+    places = [b"%%0%dd" % DIGITS[field.kind][0] for field in fields]
+    template = message_type.LETTER + b"".join(places)
+    template += DONT_CARE * (LENGTH - 1 - sum(DIGITS[field.kind][0] for field in fields))
+    if not fields:
+        return lambda _: template
+    values: Callable[[SimpleMessage], Any] = attrgetter(*(field.name for field in fields))
+    if len(fields) > 1:
+        return lambda message: template % values(message.check())
+    low, high = fields[0].low, fields[0].high
+
+    def encode_one(message: SimpleMessage) -> bytes:
+        value = values(message)
+        if type(value) is not int or not low <= value <= high:
+            message.check()
+        encoded: bytes = template % value
+        return encoded
+
+    return encode_one
 
 
 def _shown(byte: int) -> str:

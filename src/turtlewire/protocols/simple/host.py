@@ -39,7 +39,7 @@ from turtlewire.protocols.simple.messages import (
     SimpleCommand,
     Stop,
 )
-from turtlewire.protocols.simple.orders import Channel, Flight, Knowledge, Order
+from turtlewire.protocols.simple.orders import Channel, Flight, Knowledge, Order, longest_ago
 from turtlewire.protocols.simple.resynchronise import Line, Resynchronisation, Stage
 
 # Replies too many are forgotten when the robot has been in step for so long.
@@ -230,22 +230,21 @@ class Host:
         if self._stops:
             out = self._send(Stop(), _STOP, self._stops, now)
             self._stops = []
+        elif self._heartbeat_s is not None and not self._unsent and now >= self._heartbeat_at():
+            oldest = longest_ago(self._channels)
+            if oldest:
+                self._unsent[oldest] = None
+            else:
+                out = self._send(Stop(), _STOP, [], now)
         while self._unsent and len(self._flights) < self._window:
             name = next(iter(self._unsent))
             del self._unsent[name]
-            out += self._send_wanted(self._channels[name], now)
-        if self._heartbeat_s is not None and not out and now >= self._heartbeat_at():
-            # The one that was sent longest ago, so that each is repeated in turn.
-            moving = [c for c in self._channels.values() if c.wanted and c.wanted.command.STOPPED]
-            oldest = min(moving, key=lambda channel: channel.sent_at, default=None)
-            out = self._send(Stop(), _STOP, [], now) if oldest is None else self._send_wanted(oldest, now)
+            channel = self._channels[name]
+            order = channel.wanted
+            assert order is not None, "what is not wanted is not sent"
+            channel.sent_at = now
+            out += self._send(order.command, order.data, [order], now)
         return out
-
-    def _send_wanted(self, channel: Channel, now: float) -> bytes:
-        order = channel.wanted
-        assert order is not None, "what is not wanted is not sent"
-        channel.sent_at = now
-        return self._send(order.command, order.data, [order], now)
 
     def _send(self, command: SimpleCommand, data: bytes, orders: list[Order], now: float) -> bytes:
         due = self._line.sent(data, now)

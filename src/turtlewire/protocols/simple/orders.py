@@ -35,6 +35,12 @@ class Channel:
         self.sent_at = -math.inf
 
 
+def longest_ago(channels: dict[str, Channel]) -> str:
+    """The set-point that moves the robot and was sent longest ago, so that each is repeated in turn; "": none does."""
+    moving = [(c.sent_at, name) for name, c in channels.items() if c.wanted and c.wanted.command.STOPPED]
+    return min(moving, default=(0.0, ""))[1]
+
+
 class Flight(msgspec.Struct, eq=False):
     """A command that has been sent and not been answered, the orders that it carries out; when, and when it must be."""
 
