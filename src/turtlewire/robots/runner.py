@@ -7,13 +7,16 @@ import threading
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, TypeVar
 
-from turtlewire.errors import LinkClosedError
+from turtlewire.errors import LinkClosedError, UsageError
 from turtlewire.robots.session import PUMP
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
 
 T = TypeVar("T")
+WAITS_FOR_ITSELF = (
+    "a function that the robot's driver calls (notify) must not wait for the robot: it can stop() it, nothing else"
+)
 
 
 class Runner(ABC):
@@ -33,6 +36,17 @@ class Runner(ABC):
         return False
 
 
+def _run_through(coroutine: Coroutine[object, None, T], error: Exception) -> T:
+    """Run it here and now; raises the error if it would wait."""
+    try:
+        coroutine.send(None)
+    except StopIteration as end:
+        result: T = end.value
+        return result
+    coroutine.close()
+    raise error
+
+
 class InlineRunner(Runner):
     """For links in virtual time: a coroutine over one never suspends, so it simply runs through."""
 
@@ -42,13 +56,7 @@ class InlineRunner(Runner):
     def run(self, coroutine: Coroutine[object, None, T]) -> T:
         """Run it here."""
         with self._lock:
-            try:
-                coroutine.send(None)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-            coroutine.close()
-            raise RuntimeError("a link in virtual time must never wait")
+            return _run_through(coroutine, RuntimeError("a link in virtual time must never wait"))
 
     def close(self) -> None:
         """There is nothing to let go of."""
@@ -69,8 +77,11 @@ class ThreadRunner(Runner):
     def run(self, coroutine: Coroutine[object, None, T]) -> T:
         """Run it over there. An exception that comes here meanwhile (Ctrl-C) ends it there too.
 
-        Raises ``LinkClosedError`` after ``close``.
+        Whoever is called from over there (``notify``) cannot wait for it: what never waits, as ``stop``, runs through.
+        Raises ``LinkClosedError`` after ``close``, and ``UsageError`` for what would wait for itself.
         """
+        if self.is_here:
+            return _run_through(coroutine, UsageError(WAITS_FOR_ITSELF))
         import asyncio
         import concurrent.futures
 
