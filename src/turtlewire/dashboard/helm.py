@@ -226,7 +226,7 @@ class Helm:
         now = time.monotonic()
         moves = wish.moves and now < wish.until and wish.number != self.refused
         if self._is_driven and not moves:
-            await self._halt()
+            await self._robot.drive(0.0, 0.0)
             self._stands()
         elif self._orders:
             await self._end_asking()
@@ -268,14 +268,11 @@ class Helm:
         self._stood_s = time.monotonic()
         self._sight.is_told = False
 
-    async def _halt(self) -> None:
-        await self._robot.drive(0.0, 0.0)
-
     async def _halt_again(self) -> None:
         if self._walter is not None:
             await self._walter.stop()  # from whatever state a lost byte may have left it in (W8)
         else:
-            await self._halt()
+            await self._robot.drive(0.0, 0.0)
 
     # ------------------------------------------------------------------ while it stands
 
@@ -287,7 +284,7 @@ class Helm:
 
     async def _check(self) -> None:
         if self._walter is None:
-            await self._halt()  # a set-point that is repeated: a car answers it
+            await self._robot.drive(0.0, 0.0)  # a set-point that is repeated: a car answers it
         elif "Q" in self._walter.groups:
             await self._end_asking()
             self._asking = asyncio.create_task(self._ask(self._walter), name="turtlewire asking")
@@ -350,7 +347,7 @@ class Helm:
         if self._walter is None:
             return
         if self._is_driven:
-            await self._halt()
+            await self._robot.drive(0.0, 0.0)
             self._stands()
             self.refused = self._wish.number
         self._is_sure = True  # one more stop would make it forget what it is to do
