@@ -11,27 +11,26 @@ KEPT = 1001
 class RoundTrips:
     """From when a message was handed over until its answer came, seconds."""
 
-    __slots__ = ("_longest_s", "_next", "_recent")
+    __slots__ = ("_longest_s", "_recent")
 
     def __init__(self) -> None:
         self._recent = array("d")  # one of these for each of a thousand links
-        self._next = 0
         self._longest_s = 0.0
 
     def add(self, seconds: float) -> None:
         """One more."""
-        if self._next < len(self._recent):
-            self._recent[self._next] = seconds
-        else:
-            self._recent.append(seconds)
-        self._next = (self._next + 1) % KEPT
+        recent = self._recent
+        recent.append(seconds)
+        if len(recent) == 2 * KEPT:
+            del recent[:KEPT]
         if seconds > self._longest_s:
             self._longest_s = seconds
 
     @property
     def median_s(self) -> float | None:
         """Of the last thousand; None: there was none yet."""
-        return sorted(self._recent)[len(self._recent) // 2] if self._recent else None
+        recent = sorted(self._recent[-KEPT:])
+        return recent[len(recent) // 2] if recent else None
 
     @property
     def longest_s(self) -> float | None:

@@ -97,6 +97,7 @@ class Host:
         self._boot_s = boot_s
         self._heartbeat_s = heartbeat_s
         self._channels: dict[str, Channel] = defaultdict(Channel)
+        self._losses: dict[str, int] = {}  # how often what is wanted of a channel got lost
         self._unsent: dict[str, None] = {}  # channels to send, in order
         self._stops: list[Order] = []
         self._flights: deque[Flight] = deque()
@@ -291,9 +292,9 @@ class Host:
             if not order.told:
                 order.told = True
                 self._events.append(Done(order.command, order.tag))
-            channel = self._channels.get(order.command.CHANNEL)
-            if channel is not None and channel.wanted is order:
-                channel.losses = 0
+            name = order.command.CHANNEL
+            if name in self._losses and self._channels[name].wanted is order:
+                del self._losses[name]
         self._knowledge.accepted(flight.command)
         # The robot turns to the next command when it has answered this one.
         self._due = max(self._flights[0].due, self._line.reply_due(now)) if self._flights else math.inf
@@ -309,17 +310,17 @@ class Host:
         """S8: what is under way is unknown. Wanted set-points are sent again when the way back is done."""
         self._events.append(OutOfStep(reason, self.under_way))
         for flight in self._flights:
-            for channel in self._channels.values():
+            for name, channel in self._channels.items():
                 if channel.wanted is not None and channel.wanted in flight.orders:
-                    self._count_loss(channel)
+                    self._count_loss(name, channel.wanted)
         self._resynchronise(now)
 
-    def _count_loss(self, channel: Channel) -> None:
-        channel.losses += 1
-        if channel.losses > self._retries and channel.wanted is not None:
-            self._lost.append(channel.wanted)
-            channel.wanted = None
-            channel.losses = 0
+    def _count_loss(self, name: str, order: Order) -> None:
+        self._losses[name] = self._losses.get(name, 0) + 1
+        if self._losses[name] > self._retries:
+            self._lost.append(order)
+            self._channels[name].wanted = None
+            del self._losses[name]
 
     def _give_back(self) -> int:
         """Everything under way: what is still wanted (how many) will be sent, a stop the way back carries out."""
@@ -380,6 +381,7 @@ class Host:
         self._knowledge.begin(RobotState())
         # A set-point from before must not move a robot that comes back.
         self._channels.clear()
+        self._losses.clear()
         self._unsent, self._stops, self._lost = {}, [], []
 
     # ------------------------------------------------------------------ time

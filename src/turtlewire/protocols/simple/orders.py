@@ -25,13 +25,12 @@ class Order(msgspec.Struct, eq=False):
 
 
 class Channel:
-    """What one channel is wanted to be, how often that got lost, and when it was sent last."""
+    """What one channel is wanted to be, and when it was sent last."""
 
-    __slots__ = ("losses", "sent_at", "wanted")
+    __slots__ = ("sent_at", "wanted")
 
     def __init__(self) -> None:
         self.wanted: Order | None = None
-        self.losses = 0
         self.sent_at = -math.inf
 
 
