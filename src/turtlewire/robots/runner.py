@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 WAITS_FOR_ITSELF = (
-    "a function that the robot's driver calls (notify) must not wait for the robot: it can stop() it, nothing else"
+    "a function that the robot's driver calls (notify) must not wait for the robot: "
+    "it can stop() it, nothing else"
 )
 
 
@@ -89,17 +90,33 @@ class ThreadRunner(Runner):
         try:
             with self._lock:  # what is handed over before ``close`` is seen by it
                 if self._closed:
+                    coroutine.close()
                     raise LinkClosedError("the link to the robot is closed: connect again")
                 future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
             return future.result()
+        except LinkClosedError:
+            raise
         except concurrent.futures.CancelledError:
             raise LinkClosedError("the link to the robot was closed meanwhile: connect again") from None
         except BaseException:
-            if future is None:  # it never got there
-                coroutine.close()
+            if future is None:
+                self._end_over_there(coroutine)
             else:
                 future.cancel()
             raise
+
+    def _end_over_there(self, coroutine: Coroutine[object, None, T]) -> None:
+        """An exception came while it was handed over: it may have got there, or not."""
+        import asyncio
+
+        def end() -> None:
+            for task in asyncio.all_tasks(self._loop):
+                if task.get_coro() is coroutine:
+                    task.cancel()
+                    return
+            coroutine.close()
+
+        self._loop.call_soon_threadsafe(end)
 
     @property
     def is_here(self) -> bool:
