@@ -55,8 +55,16 @@ class FrameSoak(FrameModel):
         self.new_ways()
 
     def _troubles(self) -> tuple[int, ...]:
-        report = self.report
-        return (self.damage, report.stops, self._links, report.uncatchable.total(), report.recoveries)
+        """What may make a reckoning wrong, or right again, counted."""
+        report, corrections = self.report, self.driver.statistics.corrections
+        return (
+            self.damage,
+            report.stops,
+            self._links,
+            report.uncatchable.total(),
+            report.recoveries,
+            corrections,
+        )
 
     def check(self) -> None:
         self._look_for_damage()
