@@ -50,7 +50,7 @@ class AsyncCar(CarLine):
             check_valid_s(valid_s)
         if not self._is_ready:
             await self._ready()
-        self._take_wheel()
+        self._begin_by_hand()
         self._submit_motor(pwm)
         self._session.flush()
         self._driven(self._motions.motion(pwm, self._steer))
@@ -66,7 +66,7 @@ class AsyncCar(CarLine):
         _check_pwm("steering", steering)
         if not self._is_ready:
             await self._ready()
-        self._take_wheel()
+        self._begin_by_hand()
         self._submit_steer(steering)
         self._session.flush()
         self._driven(self._motions.motion(self._motor, steering))
@@ -125,7 +125,7 @@ class AsyncCar(CarLine):
         pwm = int(math.copysign(self._calibration.curve(speed).portion(abs(speed)), speed))
         straight = self._straight
         steer = straight + round(turn * (FULL_PWM - straight if turn > 0.0 else FULL_PWM + straight))
-        self._take_wheel()
+        self._begin_by_hand()
         self._submit_steer(steer)
         self._submit_motor(pwm)
         self._session.flush()
@@ -230,8 +230,9 @@ class AsyncCar(CarLine):
         self._show(self.account.pen_down if is_drawn else None)
         await super()._hold(motion, seconds, submit, is_drawn=is_drawn, settle_s=settle_s)
 
-    def _take_wheel(self) -> None:
-        super()._take_wheel()
+    def _begin_by_hand(self) -> None:
+        if self._is_holding:
+            self._take_wheel()
         if self._road is not None:
             self._show(self.account.pen_down)
 

@@ -297,10 +297,9 @@ class TimedMotions(ABC, Generic[EventT]):
     # ------------------------------------------------------------------ by hand
 
     def _take_wheel(self) -> None:
-        """Before a set-point by hand: take the robot away from a program that moves it."""
-        if self._is_holding:
-            self._stops += 1
-            self._session.clear_alarm()
+        """Take the robot away from a program that moves it (``_is_holding``)."""
+        self._stops += 1
+        self._session.clear_alarm()
 
     def _driven(self, motion: Motion) -> None:
         """A set-point by hand is on its way: the robot moves so until told otherwise."""

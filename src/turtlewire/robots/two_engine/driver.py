@@ -145,7 +145,8 @@ class AsyncTwoEngine(TwoEngineLine):
 
     def _steer(self, told: Told, messages: tuple[FrameMessage, ...]) -> None:
         motion = self._wheels.motion(told)
-        self._take_wheel()
+        if self._is_holding:
+            self._take_wheel()
         self._host.send(*messages)
         self._told_wheels = told
         self._session.flush()
