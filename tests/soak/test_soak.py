@@ -16,9 +16,19 @@ from hypothesis.stateful import rule as hypothesis_rule
 from tests.soak.__main__ import ONE_PERCENT
 from tests.soak.domains import rules_of
 from tests.soak.lives import SOAKS, random_lives
+from tests.soak.wire import ViolationError
 from turtlewire.links.faults import Faults
+from turtlewire.protocols.frame import host as frame
+from turtlewire.protocols.simple import host as simple
+from turtlewire.protocols.simple.resynchronise import Resynchronisation
+from turtlewire.protocols.walter import host as walter
+from turtlewire.robots.two_engine import AsyncTwoEngine
+from turtlewire.robots.two_engine.wheels import Told
+from turtlewire.robots.walter.whereabouts import Whereabouts
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from tests.soak.domains import Rule
     from tests.soak.soak import Soak
 
@@ -91,3 +101,69 @@ def test_without_noise_nothing_is_wrong(soak_type: type[Soak]) -> None:
     report = random_lives(soak_type, 5, Faults(), 150, 150)
     assert report.robot == soak_type.NAME
     assert report.executed > 0
+
+
+# ------------------------------------------------------------------------------------- would it notice?
+
+
+def no_cancelling(patch: pytest.MonkeyPatch) -> None:
+    """A stop of the car forgets no set-point."""
+    patch.setattr(simple.Host, "_cancel", lambda self: None)
+
+
+def any_reply_will_do(patch: pytest.MonkeyPatch) -> None:
+    """The way back into step ends with any answer to its stop."""
+    replied = Resynchronisation.replied
+    patch.setattr(
+        Resynchronisation, "replied", lambda self, now, *, accepted: replied(self, now, accepted=True)
+    )
+
+
+def stale_set_points(patch: pytest.MonkeyPatch) -> None:
+    """A two-engine robot is told again what it was told before a stop."""
+    stop = frame.Host.emergency_stop
+
+    def remember(self: frame.Host, now: float) -> None:
+        latest = dict(self._latest)
+        stop(self, now)
+        self._latest.update(latest)
+
+    patch.setattr(frame.Host, "emergency_stop", remember)
+
+
+def a_motion_goes_on(patch: pytest.MonkeyPatch) -> None:
+    """Nobody tells the engines that a motion is over."""
+    patch.setattr(AsyncTwoEngine, "_halt", lambda self: setattr(self, "_told_wheels", Told()))
+
+
+def another_order(patch: pytest.MonkeyPatch) -> None:
+    """A WALTER gets the last command first."""
+
+    def submit(self: walter.Host, command: Any, duration_s: float = 0.0, tag: object = None) -> None:
+        self._queue.appendleft((command, duration_s, tag))
+
+    patch.setattr(walter.Host, "submit", submit)
+
+
+def answers_say_nothing(patch: pytest.MonkeyPatch) -> None:
+    """Nobody looks whether a WALTER is where it should be."""
+    patch.setattr(Whereabouts, "compare", lambda self, reply: None)
+
+
+@pytest.mark.parametrize(
+    ("robot", "mistake"),
+    [
+        ("simple", no_cancelling),
+        ("simple", any_reply_will_do),
+        ("frame", stale_set_points),
+        ("frame", a_motion_goes_on),
+        ("walter", another_order),
+        ("walter", answers_say_nothing),
+    ],
+)
+def test_a_mistake_of_the_host_is_found(
+    monkeypatch: pytest.MonkeyPatch, robot: str, mistake: Callable[[pytest.MonkeyPatch], None]
+) -> None:
+    mistake(monkeypatch)
+    with pytest.raises(ViolationError, match="again: --seed"):
+        random_lives(SOAKS[robot], 1, Faults.parse(ONE_PERCENT), 8000, 400)

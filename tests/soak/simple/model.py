@@ -6,13 +6,15 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from tests.soak.domains import FLAG, Domain, one_of
+from tests.soak.domains import Domain
 from tests.soak.simple.reference import (
     BAUD,
     LENGTH,
     REPLY_DELAY_S,
     RETRIES,
+    SETUP,
     WHOLE_STOP,
+    Doubts,
     Unit,
     said,
     spell,
@@ -44,14 +46,7 @@ class CarModel(TimedSoak):
     """A car, its driver, and the model of both."""
 
     NAME = "simple"
-    SETUP: ClassVar[dict[str, Domain]] = Soak.SETUP | {
-        "window": one_of(1, 1, 1, 2, 4, 8),
-        "watchdog": FLAG,
-        "turn": one_of("spot", "spot", "arc"),
-        "pen_light": FLAG,
-        "delay_s": one_of(0.0, 0.0, 0.004),
-        "split": one_of(0, 0, 1, 3),
-    }
+    SETUP: ClassVar[dict[str, Domain]] = Soak.SETUP | SETUP
 
     def __init__(self, seed: int, faults: Faults, **setup: Any) -> None:
         # All bytes and commands that were ever sent, by whichever link.
@@ -99,8 +94,7 @@ class CarModel(TimedSoak):
         link.on_write = self._sent
         self._flights: deque[Unit] = deque()
         self._truth: dict[str, Any] = self._state_of_robot()
-        # Channels of which the host may be wrong, by something that it cannot notice; and which unit ends that.
-        self._unsure: dict[str, int] = dict.fromkeys(self._truth, 0)
+        self._unsure = Doubts(dict.fromkeys(self._truth, 0))
         self._wanted: dict[str, Any] = {}
         self._way_back_from: tuple[float, int] = (self.now, self._damage_now)
         self._damage_in_step = -1
@@ -129,7 +123,7 @@ class CarModel(TimedSoak):
         for channel, value in self._state_of_robot().items():
             if value != self._truth[channel]:
                 self._truth[channel] = value
-                self._doubt(channel)
+                self._unsure.doubt(channel)
 
     def _state_of_robot(self) -> dict[str, Any]:
         robot: Any = self.end.robot
@@ -245,35 +239,24 @@ class CarModel(TimedSoak):
             self._in_order(begun)
             self.report.executed += 1
             self._misaligned = (0, self.damage)
-            self._sure(channel, begun)
+            self._unsure.sure(channel, begun)
         elif len(known) == len(units) and all(m.fault == "" for m in marks) and raw[:1] == b"S":
-            self._sure(channel, known[0])  # on the way back
+            self._unsure.sure(channel, known[0])  # on the way back
             if self._host.in_step:
                 self.uncatchable("a stop of the way back that came too late")
-                self._doubt(channel)
+                self._unsure.doubt(channel)
         elif begun and known and begun.is_begun(marks, others, spelled):
             self._in_order(
                 begun
             )  # the way back completes what was cut off, where anything will do, and stops it
-            self._sure(channel, begun)
+            self._unsure.sure(channel, begun)
         else:
             self.uncatchable(what_happened(marks, units))
-            self._doubt(channel)
+            self._unsure.doubt(channel)
             for unit in units:
                 unit.twisted = True
                 if unit.spelled and unit.spelled[0] != channel:
-                    self._doubt(unit.spelled[0])
-
-    def _doubt(self, channel: str, until: int = 0) -> None:
-        """The host may be wrong of this, until the car carries out that unit or a later one."""
-        for each in ("drive", "steer") if channel == "stop" else (channel,):
-            self._unsure[each] = max(until, self._unsure.get(each, 0))
-
-    def _sure(self, channel: str, unit: Unit) -> None:
-        """The car has carried this out as it was sent."""
-        for each in ("drive", "steer") if channel == "stop" else (channel,):
-            if self._unsure.get(each, 0) <= unit.number:
-                self._unsure.pop(each, None)
+                    self._unsure.doubt(unit.spelled[0])
 
     def _in_order(self, unit: Unit) -> None:
         if unit.executed or unit.number < self._latest_executed:
@@ -286,7 +269,7 @@ class CarModel(TimedSoak):
             return
         if action.what == "watchdog":
             self._truth.update(drive=0, steer=0)
-            self._doubt("stop")
+            self._unsure.doubt("stop")
             self.report.noticed["watchdog stops"] += 1
             if not self.setup["watchdog"]:
                 raise ViolationError("there is no watchdog")
@@ -345,7 +328,7 @@ class CarModel(TimedSoak):
             "acknowledged by a byte that was added" if mark.fault else "acknowledged by another's reply"
         )
         if unit.spelled:
-            self._doubt(unit.spelled[0], unit.number)
+            self._unsure.doubt(unit.spelled[0], unit.number)
 
     def _observe(self, events: list[Event]) -> None:
         for event in events:
@@ -414,4 +397,4 @@ class CarModel(TimedSoak):
         self.uncatchable("in step by mistake: faults on the way back")
         self._damage_in_step = -1  # and it may be noticed any time
         if not is_right:
-            self._doubt("stop")
+            self._unsure.doubt("stop")

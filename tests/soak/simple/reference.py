@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tests.soak.domains import FLAG, Domain, one_of
 from tests.soak.wire import Mark
 
 BAUD = 9600
@@ -18,6 +19,14 @@ VERBS = {
     "B": "drive_backward speed",
     "L": "steer_left lock",
     "R": "steer_right lock",
+}
+SETUP: dict[str, Domain] = {
+    "window": one_of(1, 1, 1, 2, 4, 8),
+    "watchdog": FLAG,
+    "turn": one_of("spot", "spot", "arc"),
+    "pen_light": FLAG,
+    "delay_s": one_of(0.0, 0.0, 0.004),
+    "split": one_of(0, 0, 1, 3),
 }
 LIGHTS = ("left_upper", "left_lower", "right_upper", "right_lower")
 
@@ -78,6 +87,21 @@ class Unit:
             and "command" not in others
             and spelled == self.spelled
         )
+
+
+class Doubts(dict[str, int]):
+    """Channels of which the host may be wrong, by something that it cannot notice; and which unit ends that."""
+
+    def doubt(self, channel: str, until: int = 0) -> None:
+        """The host may be wrong of this, until the car carries out that unit or a later one."""
+        for each in ("drive", "steer") if channel == "stop" else (channel,):
+            self[each] = max(until, self.get(each, 0))
+
+    def sure(self, channel: str, unit: Unit) -> None:
+        """The car has carried this out as it was sent."""
+        for each in ("drive", "steer") if channel == "stop" else (channel,):
+            if self.get(each, 0) <= unit.number:
+                self.pop(each, None)
 
 
 def what_happened(marks: list[Mark], units: list[Unit]) -> str:
