@@ -6,7 +6,6 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from tests.soak.domains import Domain
 from tests.soak.simple.reference import (
     BAUD,
     LENGTH,
@@ -30,6 +29,7 @@ from turtlewire.robots.car import AsyncCar, Settings
 from turtlewire.simulator.car import CarSettings
 
 if TYPE_CHECKING:
+    from tests.soak.domains import Domain
     from tests.soak.wire import Tap
     from turtlewire.links.faults import Faults
     from turtlewire.protocols.simple.events import Event
