@@ -55,9 +55,10 @@ format: $(DEV) ## format the Python code
 	@$(BIN)/ruff format --quiet .
 	@$(BIN)/ruff check --quiet --fix .
 
-nightly: $(DEV) ## the long tests, ten million inputs for each decoder among them
+nightly: $(DEV) ## the long tests: ten million inputs for each decoder, a hundred thousand commands for each robot
 	@$(PIP_INSTALL) --editable '.[dev,fuzz]'
 	@$(BIN)/python -m pytest -q -m nightly
+	@for robot in simple frame walter; do $(BIN)/python -m tests.soak $$robot || exit 1; done
 
 bench: $(BENCH) ## measure against the peers
 	@for benchmark in benchmarks/*.py; do $(BIN)/python "$$benchmark" || exit 1; done
