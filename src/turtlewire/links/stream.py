@@ -119,7 +119,7 @@ class Connection(asyncio.Protocol):
         return self.ended is None and self.transport is not None and not self.transport.is_closing()
 
     def write(self, data: bytes) -> None:
-        """Write bytes behind those that wait, if any do."""
+        """Write bytes behind those that wait, if any do. Raises ``LinkClosedError``."""
         if self.straight is not None:
             try:
                 sent = os.write(self.straight, data)
@@ -129,8 +129,12 @@ class Connection(asyncio.Protocol):
                 return
             data = data[sent:]
             self.straight = None
-        assert self.transport is not None
-        self.transport.write(data)
+        if self.ended is not None or self.transport is None:
+            raise LinkClosedError(self.ended or f"the link to {self.url} is not open")
+        try:
+            self.transport.write(data)
+        except OSError as error:  # a device that is gone, while its number is being given back
+            raise LinkClosedError(self.end(error)) from None
         if self.fileno is not None and self.is_open and not self.transport.get_write_buffer_size():
             self.straight = self.fileno
 
@@ -164,13 +168,7 @@ class StreamLink(Link):
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the operating system."""
-        connection = self._connection
-        if connection.ended is not None or connection.transport is None:
-            raise LinkClosedError(connection.ended or f"the link to {self.url} is not open")
-        try:
-            connection.write(data)
-        except OSError as error:  # a device that is gone, while its number is being given back
-            raise LinkClosedError(connection.end(error)) from None
+        self._connection.write(data)
 
     def write_urgent(self, data: bytes) -> None:
         """Throw away what the operating system has not sent, where it lets us, and send these bytes."""
@@ -219,6 +217,7 @@ class StreamLink(Link):
         connection = self._connection
         if connection.transport is None:
             return
+        connection.straight = None
         connection.ended = connection.ended or f"the link to {self.url} is closed"
         for let_go in (connection.transport.close, connection.transport.abort):
             let_go()
