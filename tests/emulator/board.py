@@ -128,7 +128,7 @@ class Board:
         return bytes(sent.byte for sent in self.sent())
 
     def _run(self, seconds: float, wanted: int) -> None:
-        until = self._library.board_cycle(self._board) + round(seconds * FREQUENCY_HZ)
+        until = self._library.board_cycle(self._board) + max(1, round(seconds * FREQUENCY_HZ))
         if not self._library.board_run(self._board, until, wanted):
             raise ChipError(self._library.board_complaints().decode(errors="replace"))
 

@@ -63,7 +63,9 @@ def test_a_robot_at_its_rate(cli: Cli, file: Path, robot: str, baud: int | None,
     assert (findings["protocol"], findings["baud"]) == (robot, baud)
     assert findings["round_trip"]["median_s"] > 0.0
     entry = {"port": simulator.url, "protocol": robot} | ({"baud": baud} if baud else {})
-    assert tomllib.loads(file.read_text("utf-8")) == {"elsie": entry}
+    written = tomllib.loads(file.read_text("utf-8"))
+    written["elsie"].pop("reply_delay_s", None)  # a busy machine has slow robots
+    assert written == {"elsie": entry}
     assert set(simulator.actions) <= {"stop"}
     # And so it can be driven.
     ended = cli("run", cli.program("FD 1"), "--robot", "elsie", "--set", "boot_s=0")

@@ -100,7 +100,8 @@ def test_a_program_drives_a_robot_through_it(cli: Cli, listen: str) -> None:
     assert cli("decode", "walter", "wire.jsonl").out == ended.out
     assert ended.out.count(" host   ") > 10
     assert ended.out.count("heading_reply") >= 1
-    assert "error" not in ended.out.replace("error: unknown letter 00", "")
+    # Attention and the stop that is sent again and again are full of what means nothing (W7, W8).
+    assert "error" not in re.sub("error: (unknown letter 00|no key (00|32))", "", ended.out)
     identified = cli("identify", "wire.jsonl")
     assert identified.code == 0
     assert "walter, from the host, mode logo" in identified.out
