@@ -26,7 +26,14 @@ NOBODY = 65534
 def test_unplugged_midway(cli: Cli, listen: str) -> None:
     simulator = cli.simulate("--listen", listen)
     process = cli.start(
-        "run", cli.program(ENDLESS), "--port", simulator.url, "--picture", "drawn.svg", "--set", "reconnect_s=0.3"
+        "run",
+        cli.program(ENDLESS),
+        "--port",
+        simulator.url,
+        "--picture",
+        "drawn.svg",
+        "--set",
+        "reconnect_s=0.3",
     )
     simulator.wait_for_motions(CONFIRMED)
     simulator.signal(signal.SIGKILL)
