@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MEGABYTE = 1 << 20
 # What the interpreter and what it imports take, and some room.
-MAX_MEMORY = 120 * MEGABYTE
+MAX_MEMORY = 200 * MEGABYTE
 
 
 def start(

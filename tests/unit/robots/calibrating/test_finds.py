@@ -92,9 +92,11 @@ def check_engines(made: Bench, found: Any, part: float) -> None:
     for pwm in (70, 120, 180, 255):
         for direction in (1, -1):
             true = abs(body.curve.speed_mm_per_s(direction * pwm))
-            assert calibration.left_curve(direction).speed_mm_per_s(pwm) == pytest.approx(true, rel=part)
+            assert calibration.left_curve(direction).speed_mm_per_s(pwm) == pytest.approx(
+                true, rel=part, abs=0.5
+            )  # mm/s: a crawl is hard to time
             right = calibration.right_curve(direction).speed_mm_per_s(pwm)
-            assert right == pytest.approx(true * body.right_factor, rel=part)
+            assert right == pytest.approx(true * body.right_factor, rel=part, abs=0.5)
     # Half a millimetre in a second is not seen.
     unseen = math.ceil(0.6 / (body.mm_per_s_per_pwm * min(1.0, body.right_factor))) - 1
     for curve in (calibration.left, calibration.right):
