@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from turtlewire.links.link import Link
     from turtlewire.robots.reconnecting import LinkState, Reconnecting
+    from turtlewire.robots.waiter import Waiter
 
 # The name of the task that serves a link: the last one to be ended.
 PUMP = "turtlewire pump"
@@ -44,11 +45,6 @@ async def ended(task: asyncio.Task[None]) -> None:
     await asyncio.wait([task])  # awaiting the task itself could not tell its end from that of whoever waits
     if not task.cancelled():
         task.result()
-
-
-def _time_is_up(waiter: asyncio.Future[bool]) -> None:
-    if not waiter.done():
-        waiter.set_result(False)
 
 
 class HostMachine(Protocol[Event_co]):
@@ -118,8 +114,9 @@ class Session(Generic[EventT]):
         self._reconnecting: Reconnecting | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._pump: asyncio.Task[None] | None = None
+        self._waiter: type[Waiter] | None = None  # asyncio is imported only where it is needed
         # Who waits, and for what; and until when the pump sleeps.
-        self._waiting: dict[asyncio.Future[bool], Callable[[], bool]] = {}
+        self._waiting: dict[Waiter, Callable[[], bool]] = {}
         self._sleeps_until = -math.inf
 
     def start(self) -> None:
@@ -127,6 +124,9 @@ class Session(Generic[EventT]):
         if self.link.in_background:
             import asyncio
 
+            from turtlewire.robots.waiter import Waiter
+
+            self._waiter = Waiter
             self._loop = asyncio.get_running_loop()
             self._pump = asyncio.create_task(self._pump_forever(), name=PUMP)
             self.link.listen(self._received)
@@ -214,11 +214,12 @@ class Session(Generic[EventT]):
         False if the condition has not come to hold.
         """
         assert self._loop is not None
-        waiter: asyncio.Future[bool] = self._loop.create_future()
+        assert self._waiter is not None
+        waiter = self._waiter(self._loop)
         self._waiting[waiter] = condition
         alarm = None
         if deadline < math.inf:
-            alarm = self._loop.call_later(max(0.0, deadline - self.link.now()), _time_is_up, waiter)
+            alarm = self._loop.call_later(max(0.0, deadline - self.link.now()), waiter.give_up)
         try:
             return await waiter
         finally:
@@ -228,12 +229,11 @@ class Session(Generic[EventT]):
 
     def notify(self) -> None:
         """Something has happened: wake those who need not wait any longer."""
-        for waiter, condition in self._waiting.items():
-            if not waiter.done():
-                if self._is_broken:
-                    waiter.set_result(False)
-                elif condition():
-                    waiter.set_result(True)
+        for waiter, condition in tuple(self._waiting.items()):
+            if self._is_broken:
+                waiter.give_up()
+            elif condition():
+                waiter.wake()
 
     def check(self) -> None:
         """Before anything that moves the robot. Raises ``LinkLostError`` until that is allowed again, or for good."""
@@ -352,12 +352,12 @@ class Session(Generic[EventT]):
                 self._send()
             elif self._host.next_timeout() < self._sleeps_until:
                 self.link.wake()
-            self.notify()
         except _BrokenError:
-            pass  # whoever waits has been woken
+            return  # whoever waits has been woken
         except BaseException:
             self.end(f"the link to {self.link.url} is not served any more")
             raise
+        self.notify()  # at the very end: whoever waited goes on within
 
     def _take(self, data: bytes) -> None:
         self.bytes_received += len(data)

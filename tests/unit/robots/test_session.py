@@ -155,6 +155,27 @@ def test_whoever_gives_up_waiting_leaves_nothing_behind(car: Car) -> None:
     run(main())
 
 
+def test_whoever_is_woken_first_may_close_the_session(car: Car) -> None:
+    async def main() -> None:
+        served = Served(car)
+        async with served as session:
+
+            async def close() -> None:
+                await session.until(lambda: served.host.idle)
+                await session.close()
+
+            async def wait() -> None:
+                await session.until(lambda: False)
+
+            served.host.submit(DriveForward(7))
+            first, second = asyncio.create_task(close()), asyncio.create_task(wait())
+            await first
+            with pytest.raises(LinkClosedError):
+                await second
+
+    run(main())
+
+
 def broken(_: Event) -> None:
     raise ZeroDivisionError
 
