@@ -44,15 +44,19 @@ class Waiting:
 
 async def from_the_loop(act: Callable[[], None]) -> None:
     """Do something as a transport's callback does, not within a task."""
-    done = asyncio.Event()
+    done: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def call() -> None:
-        assert asyncio.current_task() is None
-        act()
-        done.set()
+        try:
+            assert asyncio.current_task() is None
+            act()
+        except AssertionError as error:
+            done.set_exception(error)
+        else:
+            done.set_result(None)
 
     asyncio.get_running_loop().call_soon(call)
-    await done.wait()
+    await done
 
 
 @pytest.mark.parametrize("value", [True, False])
