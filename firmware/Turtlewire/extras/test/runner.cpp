@@ -4,9 +4,14 @@
 //   walter logo|direct MASK   a new robot with these groups (bits C 1, Q 2, H 4, E 8)
 //   frame DIALECT             a new robot: 0.1, 0.1-literal or telemetry
 //   bytes HEX [MS]            bytes arrive, at a time in milliseconds
+//   stop                      simple: what a watchdog does
 //   take                      walter: the next command, or `none`
 //   abandon                   walter: forget the queue
+//   reply LETTER VALUE        walter: the bytes of a reply; also `location X Y`, `pen 0|1`, `limit SIDE`
 //   pass MS                   frame: time passes
+//   message HEX               frame: type and fields of a message, to all that reads and makes some; valid ones go
+//                             into the next frame
+//   finish                    frame: that frame
 //   flush                     let the answers go
 //
 // Each command but flush is answered by lines, the last of which begins with `=` and tells the robot's state.
@@ -26,15 +31,28 @@ class Robot {
   virtual ~Robot() {}
   virtual void receive(uint8_t byte, uint32_t now_ms) = 0;
   virtual void show() = 0;
-  virtual void take() {}
-  virtual void abandon() {}
-  virtual void pass(uint32_t /* now_ms */) {}
+  // Any other command, with its inputs; false: this robot has none of this name.
+  virtual bool command(const char* word, const char* first, const char* second) = 0;
 };
+
+bool is(const char* word, const char* name) { return strcmp(word, name) == 0; }
+
+uint32_t time_ms(const char* text) { return static_cast<uint32_t>(strtoull(text, nullptr, 10)); }
 
 void show_hex(const uint8_t* bytes, unsigned size) {
   for (unsigned at = 0; at < size; ++at) {
     printf("%02X", static_cast<unsigned>(bytes[at]));
   }
+}
+
+// Digits that sscanf takes in pairs, into at most `room` bytes; returns how many.
+uint8_t read_hex(const char* text, uint8_t* bytes, uint8_t room) {
+  unsigned byte = 0;
+  uint8_t size = 0;
+  for (; size < room && sscanf(text, "%2x", &byte) == 1; text += 2) {
+    bytes[size++] = static_cast<uint8_t>(byte);
+  }
+  return size;
 }
 
 uint8_t extension_letter = 0;
@@ -46,7 +64,9 @@ bool is_extension(const uint8_t* command) {
 
 class SimpleRobot : public Robot {
  public:
-  explicit SimpleRobot(uint8_t letter) : robot_(*this, letter == 0 ? nullptr : is_extension) { extension_letter = letter; }
+  explicit SimpleRobot(uint8_t letter) : robot_(*this, letter == 0 ? nullptr : is_extension) {
+    extension_letter = letter;
+  }
 
   void drive(int16_t pwm) { printf("drive %d\n", pwm); }
   void steer(int16_t pwm) { printf("steer %d\n", pwm); }
@@ -62,6 +82,13 @@ class SimpleRobot : public Robot {
     }
   }
   void show() override { printf("= pending %u\n", robot_.parser().pending()); }
+  bool command(const char* word, const char* /* first */, const char* /* second */) override {
+    if (!is(word, "stop")) {
+      return false;
+    }
+    robot_.stop();
+    return true;
+  }
 
  private:
   simple::Robot<SimpleRobot> robot_;
@@ -75,15 +102,26 @@ class WalterRobot : public Robot {
   void go_direct() { printf("direct\n"); }
 
   void receive(uint8_t byte, uint32_t /* now_ms */) override { heard_ += robot_.receive(byte) ? 1U : 0U; }
-  void take() override {
-    walter::Message message;
-    if (robot_.next_command(message)) {
-      show_message("command", message);
+  bool command(const char* word, const char* first, const char* second) override {
+    uint8_t bytes[7];
+    if (is(word, "take")) {
+      take();
+    } else if (is(word, "abandon")) {
+      robot_.abandon();
+    } else if (is(word, "reply")) {
+      show_reply(bytes, walter::reply_u16(static_cast<uint8_t>(first[0]), static_cast<uint16_t>(atol(second)), bytes));
+    } else if (is(word, "location")) {
+      show_reply(bytes,
+                 walter::reply_location(static_cast<int16_t>(atoi(first)), static_cast<int16_t>(atoi(second)), bytes));
+    } else if (is(word, "pen")) {
+      show_reply(bytes, walter::reply_pen(first[0] == '1', bytes));
+    } else if (is(word, "limit")) {
+      show_reply(bytes, walter::limit_event(static_cast<uint8_t>(first[0]), bytes));
     } else {
-      printf("none\n");
+      return false;
     }
+    return true;
   }
-  void abandon() override { robot_.abandon(); }
   void show() override {
     printf("= pending %u mode %s queued %u heard %u malformed %u overflowed %u\n", robot_.parser().pending(),
            robot_.mode() == walter::LOGO ? "logo" : "direct", robot_.queued(), heard_, robot_.malformed(),
@@ -91,6 +129,19 @@ class WalterRobot : public Robot {
   }
 
  private:
+  void take() {
+    walter::Message message;
+    if (robot_.next_command(message)) {
+      show_message("command", message);
+    } else {
+      printf("none\n");
+    }
+  }
+  static void show_reply(const uint8_t* bytes, uint8_t size) {
+    printf("sends ");
+    show_hex(bytes, size);
+    printf("\n");
+  }
   static void show_message(const char* what, const walter::Message& message) {
     printf("%s %u ", what, static_cast<unsigned>(message.id));
     show_hex(message.arguments, walter::MAX_ARGUMENTS);
@@ -101,7 +152,10 @@ class WalterRobot : public Robot {
   unsigned heard_;
 };
 
-template <class Dialect>
+uint8_t no_telemetry(uint8_t /* type */) { return 0; }
+
+// A robot of a dialect, all of whose messages are named.
+template <class Dialect, uint8_t (*telemetry_size)(uint8_t), class... Messages>
 class FrameRobot : public Robot {
  public:
   FrameRobot() : robot_(*this) {}
@@ -115,38 +169,85 @@ class FrameRobot : public Robot {
   void heard() { printf("heard\n"); }
 
   void receive(uint8_t byte, uint32_t now_ms) override { robot_.receive(byte, now_ms); }
-  void pass(uint32_t now_ms) override { robot_.pass(now_ms); }
   void show() override {
     const frame::Statistics& s = robot_.statistics();
-    printf("= pending %u frames %u oversized %u wrong_crc %u incomplete %u unknown_type %u inconsistent %u refused %u "
-           "lost %u repeats %u restarts %u\n",
-           robot_.pending(), s.frames, s.oversized, s.wrong_crc, s.incomplete, s.unknown_type, s.inconsistent, s.refused,
-           s.lost, s.repeats, s.restarts);
+    printf(
+        "= pending %u frames %u oversized %u wrong_crc %u incomplete %u unknown_type %u inconsistent %u refused %u "
+        "lost %u repeats %u restarts %u\n",
+        robot_.pending(), s.frames, s.oversized, s.wrong_crc, s.incomplete, s.unknown_type, s.inconsistent, s.refused,
+        s.lost, s.repeats, s.restarts);
+  }
+  bool command(const char* word, const char* first, const char* /* second */) override {
+    if (is(word, "pass")) {
+      robot_.pass(time_ms(first));
+    } else if (is(word, "message")) {
+      take_apart(first);
+    } else if (is(word, "finish")) {
+      const uint8_t size = sender_.finish();
+      printf("sends ");
+      show_hex(sender_.data(), size);
+      printf("\n");
+    } else {
+      return false;
+    }
+    return true;
   }
 
  private:
-  frame::Robot<Dialect, FrameRobot<Dialect> > robot_;
+  void take_apart(const char* text) {
+    uint8_t bytes[frame::MAX_PAYLOAD];
+    const uint8_t size = read_hex(text, bytes, frame::MAX_PAYLOAD);
+    printf("sizes %u %u\n", Dialect::size(bytes[0]), telemetry_size(bytes[0]));
+    if (size >= Dialect::size(bytes[0]) && !Dialect::dispatch(bytes, *this)) {
+      printf("refused\n");
+    }
+    const int done[] = {(read_as<Messages>(bytes, size), 0)...};
+    static_cast<void>(done);
+  }
+
+  template <class Message>
+  void read_as(const uint8_t* bytes, uint8_t size) {
+    Message message = Message();
+    if (!unpack(bytes, size, message)) {
+      return;
+    }
+    uint8_t again[Message::SIZE];
+    printf("%s ", valid(message) ? "valid" : "invalid");
+    show_hex(again, pack(message, again));
+    printf("%s\n", valid(message) && !sender_.add(message) ? " no room" : "");
+  }
+
+  frame::Robot<Dialect, FrameRobot> robot_;
+  frame::Sender<Dialect> sender_;
 };
 
 Robot* frame_robot(const char* dialect) {
-  if (strcmp(dialect, "0.1") == 0) {
-    return new FrameRobot<frame_0_1::Dialect>();
+  if (is(dialect, "0.1")) {
+    using namespace frame_0_1;
+    return new FrameRobot<Dialect, no_telemetry, SetServoPosition, EngineForward, EngineBackward>();
   }
-  if (strcmp(dialect, "0.1-literal") == 0) {
-    return new FrameRobot<frame_0_1_literal::Dialect>();
+  if (is(dialect, "0.1-literal")) {
+    using namespace frame_0_1_literal;
+    return new FrameRobot<Dialect, no_telemetry, SetServoPosition, EngineForward, EngineBackward,
+                          EngineDirectionUnknown>();
   }
-  return strcmp(dialect, "telemetry") == 0 ? new FrameRobot<frame_telemetry::Dialect>() : nullptr;
+  if (is(dialect, "telemetry")) {
+    using namespace frame_telemetry;
+    return new FrameRobot<Dialect, telemetry_size, SetServoPosition, SetWheelSpeeds, SetLamp, Beep, SetPidGains,
+                          Odometry, Status, Distance>();
+  }
+  return nullptr;
 }
 
 Robot* made(const char* kind, const char* first, const char* second) {
-  if (strcmp(kind, "simple") == 0) {
+  if (is(kind, "simple")) {
     return new SimpleRobot(static_cast<uint8_t>(first[0]));
   }
-  if (strcmp(kind, "walter") == 0) {
-    return new WalterRobot(strcmp(first, "direct") == 0 ? walter::DIRECT : walter::LOGO,
+  if (is(kind, "walter")) {
+    return new WalterRobot(is(first, "direct") ? walter::DIRECT : walter::LOGO,
                            static_cast<uint8_t>(strtoul(second, nullptr, 10)));
   }
-  return strcmp(kind, "frame") == 0 ? frame_robot(first) : nullptr;
+  return is(kind, "frame") ? frame_robot(first) : nullptr;
 }
 
 void receive(Robot& robot, const char* text, uint32_t now_ms) {
@@ -167,19 +268,13 @@ int main() {
     char second[32] = "0";
     first[0] = '\0';
     sscanf(line, "%15s %1048575s %31s", word, first, second);
-    if (strcmp(word, "flush") == 0) {
+    if (is(word, "flush")) {
       fflush(stdout);
       continue;
     }
-    if (strcmp(word, "bytes") == 0 && robot != nullptr) {
-      receive(*robot, strcmp(first, "-") == 0 ? "" : first, static_cast<uint32_t>(strtoull(second, nullptr, 10)));
-    } else if (strcmp(word, "take") == 0 && robot != nullptr) {
-      robot->take();
-    } else if (strcmp(word, "abandon") == 0 && robot != nullptr) {
-      robot->abandon();
-    } else if (strcmp(word, "pass") == 0 && robot != nullptr) {
-      robot->pass(static_cast<uint32_t>(strtoull(first, nullptr, 10)));
-    } else {
+    if (robot != nullptr && is(word, "bytes")) {
+      receive(*robot, is(first, "-") ? "" : first, time_ms(second));
+    } else if (robot == nullptr || !robot->command(word, first, second)) {
       delete robot;
       robot = made(word, first, second);
     }

@@ -21,8 +21,8 @@ const uint16_t INTER_BYTE_MS = 100;
 
 // What has come; each counts modulo 65536. The reasons for which a frame is ignored are counted separately (F3).
 struct Statistics {
-  uint16_t frames;        // that count, empty ones included
-  uint16_t oversized;     // size above 124
+  uint16_t frames;     // that count, empty ones included
+  uint16_t oversized;  // size above 124
   uint16_t wrong_crc;
   uint16_t incomplete;    // given up after the inter-byte timeout
   uint16_t unknown_type;  // the CRC was right
@@ -40,7 +40,7 @@ struct Statistics {
 template <class Dialect, class Handler>
 class Robot {
  public:
-  explicit Robot(Handler& handler) : handler_(handler), statistics_(), count_(0), due_(-1), last_ms_(0) {}
+  explicit Robot(Handler& handler) : handler_(handler), statistics_(), buffer_(), count_(0), due_(-1), last_ms_(0) {}
 
   // Takes one byte that came at a time in milliseconds, of any clock that goes on and may wrap.
   void receive(uint8_t byte, uint32_t now_ms) {
@@ -150,7 +150,7 @@ class Robot {
 template <class Dialect>
 class Sender {
  public:
-  Sender() : seq_(0), size_(0) {}
+  Sender() : frame_(), seq_(0), size_(0) {}
 
   // Adds a message to the frame that is being made; false: there is no room, send it first (F9).
   template <class Message>

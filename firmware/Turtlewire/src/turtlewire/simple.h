@@ -17,14 +17,11 @@ class Parser {
   // Whether seven bytes with a letter of one's own are a valid command (S10).
   typedef bool (*Extension)(const uint8_t* command);
 
-  explicit Parser(Extension extension = nullptr) : extension_(extension), count_(0) {}
+  explicit Parser(Extension extension = nullptr) : extension_(extension), count_(0), command_() {}
 
   // Takes one byte. Returns 0 while a command is incomplete, then ACCEPTED or REJECTED: exactly one after every
   // seven bytes (S4). Until the next byte, the command can be looked at.
   uint8_t receive(uint8_t byte);
-
-  // Forgets a command that has begun.
-  void reset() { count_ = 0; }
 
   // How many bytes of an unfinished command there are: 0..6.
   uint8_t pending() const { return count_; }
@@ -60,8 +57,7 @@ bool are_digits(const uint8_t* text, uint8_t count);
 template <class Handler>
 class Robot {
  public:
-  explicit Robot(Handler& handler, Parser::Extension extension = nullptr)
-      : handler_(handler), parser_(extension) {}
+  explicit Robot(Handler& handler, Parser::Extension extension = nullptr) : handler_(handler), parser_(extension) {}
 
   // Takes one byte; returns the byte to send, or 0 for none.
   uint8_t receive(uint8_t byte) {
@@ -88,7 +84,9 @@ class Robot {
       case STEER_LEFT: handler_.steer(static_cast<int16_t>(-value())); break;
       case STEER_RIGHT: handler_.steer(value()); break;
       case STOP: stop(); break;
-      case HEADLIGHTS: handler_.headlights(parser_.is_on(1), parser_.is_on(2), parser_.is_on(3), parser_.is_on(4)); break;
+      case HEADLIGHTS:
+        handler_.headlights(parser_.is_on(1), parser_.is_on(2), parser_.is_on(3), parser_.is_on(4));
+        break;
       default: handler_.extension(parser_); break;
     }
   }

@@ -40,9 +40,7 @@ class Parser {
  public:
   enum Result : uint8_t { NOTHING, MESSAGE, MALFORMED };
 
-  explicit Parser(Mode mode = LOGO, uint8_t groups = ALL_GROUPS) : mode_(mode), groups_(groups), message_() {
-    reset();
-  }
+  explicit Parser(Mode mode = LOGO, uint8_t groups = ALL_GROUPS) : mode_(mode), groups_(groups), message_() { reset(); }
 
   // Takes one byte. After MESSAGE, message() is what it completed; an empty line is one (EMPTY_LINE).
   Result receive(uint8_t byte);
@@ -85,7 +83,7 @@ template <class Handler>
 class Robot {
  public:
   explicit Robot(Handler& handler, Mode mode = LOGO, uint8_t groups = ALL_GROUPS)
-      : handler_(handler), parser_(mode, groups), first_(0), queued_(0), malformed_(0), overflowed_(0) {}
+      : handler_(handler), parser_(mode, groups), queue_(), first_(0), queued_(0), malformed_(0), overflowed_(0) {}
 
   // Takes one byte. Returns whether it completed something valid, an empty line included: what feeds a watchdog.
   bool receive(uint8_t byte) {
@@ -149,10 +147,10 @@ class Robot {
 };
 
 // The bytes of replies and events, RET included. Each writes to `out` and returns how many bytes; at most 7.
-uint8_t reply_u16(uint8_t letter, uint16_t value, uint8_t* out);    // `Q` `T`|`H`|`X`|`Y` hi lo RET
+uint8_t reply_u16(uint8_t letter, uint16_t value, uint8_t* out);  // `Q` `T`|`H`|`X`|`Y` hi lo RET
 uint8_t reply_location(int16_t x, int16_t y, uint8_t* out);
-uint8_t reply_pen(bool down, uint8_t* out);                         // the raw byte 00 or 01 (W4)
-uint8_t limit_event(uint8_t side, uint8_t* out);                    // side: F, B, L or R
+uint8_t reply_pen(bool down, uint8_t* out);       // the raw byte 00 or 01 (W4)
+uint8_t limit_event(uint8_t side, uint8_t* out);  // side: F, B, L or R
 
 }  // namespace walter
 }  // namespace turtlewire
