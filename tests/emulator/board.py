@@ -127,6 +127,10 @@ class Board:
         self._run(within_s, self._sent_seen + count)
         return bytes(sent.byte for sent in self.sent())
 
+    def run_until_sent(self, seconds: float) -> None:
+        """Let time pass, until the program has something more sent: it is on the wire a little later."""
+        self._run(seconds, self._sent_seen + 1)
+
     def _run(self, seconds: float, wanted: int) -> None:
         until = self._library.board_cycle(self._board) + max(1, round(seconds * FREQUENCY_HZ))
         if not self._library.board_run(self._board, until, wanted):

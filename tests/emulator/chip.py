@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from .board import Board
+from .board import Board, Sent
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -21,6 +21,7 @@ class Chip(Board):
         super().__init__(program, baud)
         self._waiting = bytearray()
         self._next_s = 0.0
+        self._sent: list[Sent] = []
         self.written = bytearray()
 
     @property
@@ -54,13 +55,17 @@ class Chip(Board):
         return self.now + SLICE_S
 
     def read(self, until: float) -> bytes:
-        """Let time pass until the chip has sent something, or until a time."""
-        until = min(until, self.now + 3600.0) if until < math.inf else self.now + 1.0
+        """Let time pass until something that the chip has sent is there, or until a time."""
+        until = until if until < math.inf else self.now + 1.0
         while True:
             if self._waiting and self.now >= self._next_s:
                 self.receive(bytes([self._waiting.pop(0)]))
                 self._next_s = max(self._next_s, self.now) + 10.0 / self.baud
-            stop = min(until, self._next_s) if self._waiting else until
-            data = self.reply(1, max(0.0, stop - self.now)) if stop > self.now else b""
-            if data or self.now >= until:
+            self._sent += self.sent()
+            there = sum(sent.time_s <= self.now for sent in self._sent)
+            if there or self.now >= until:
+                data = bytes(sent.byte for sent in self._sent[:there])
+                del self._sent[:there]
                 return data
+            due = [until, *([self._next_s] if self._waiting else []), *(sent.time_s for sent in self._sent[:1])]
+            self.run_until_sent(min(due) - self.now)

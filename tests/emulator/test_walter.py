@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -12,19 +12,17 @@ from turtlewire.links.memory import MemoryLink
 from turtlewire.protocols.walter import messages as m
 from turtlewire.protocols.walter.codec import encode
 from turtlewire.robots.walter import AsyncWalter, Settings
-from turtlewire.simulator.chassis import Wheels, drive
-from turtlewire.turtle import HOME, Pose
 
 from .chip import Chip
+from .turtle import SERVO, STEPS_PER_MM, TRACK_MM, pose, steps
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from turtlewire.firmware import Built
 
-LEFT_STEP, RIGHT_STEP, LEFT_AHEAD, RIGHT_AHEAD, SERVO, LAMP = 2, 3, 4, 5, 9, 13
+LAMP = 13
 SWITCHES = {"front": 14, "back": 15, "left": 16, "right": 17}
-STEPS_PER_MM, TRACK_MM = 16.0, 140.0
 BOOTED_S = 0.12
 # From the first build, and a tenth.
 FLASH_BYTES, RAM_BYTES, STACK_BYTES = 12749, 457, 200
@@ -39,43 +37,6 @@ def chip(built: Callable[[str], Built]) -> Iterator[Chip]:
         chip.receive(encode(m.SetSpeed(200)))
         chip.run(0.01)
         yield chip
-
-
-class Step(NamedTuple):
-    """A step of both motors: when, and which way each goes."""
-
-    time_s: float
-    left: int
-    right: int
-
-
-def steps(chip: Chip) -> list[Step]:
-    """All steps since power-on."""
-    ways: dict[int, list[tuple[float, int]]] = {}
-    for pin in (LEFT_AHEAD, RIGHT_AHEAD):
-        ways[pin] = [(edge.time_s, 1 if edge.level else -1) for edge in chip.edges(pin)]
-    left, right = ([e.time_s for e in chip.edges(pin) if e.level] for pin in (LEFT_STEP, RIGHT_STEP))
-    assert len(left) == len(right)
-    made, at = [], {LEFT_AHEAD: 0, RIGHT_AHEAD: 0}
-    for time_s in left:
-        for pin, edges in ways.items():
-            while at[pin] < len(edges) and edges[at[pin]][0] <= time_s:
-                at[pin] += 1
-        now = [edges[at[pin] - 1][1] if at[pin] else -1 for pin, edges in ways.items()]
-        made.append(Step(time_s, now[0], now[1]))
-    return made
-
-
-def pose(chip: Chip) -> Pose:
-    """Where the wheels have brought the robot: from the step pulses."""
-    here, run, run_of = HOME, 0, (0, 0)
-    for step in [*steps(chip), Step(math.inf, 0, 0)]:
-        if step[1:] != run_of:
-            mm = run / STEPS_PER_MM
-            here = drive(here, Wheels(mm * run_of[0], mm * run_of[1]), TRACK_MM)
-            run, run_of = 0, step[1:]
-        run += 1
-    return here
 
 
 def ask(chip: Chip, query: m.LogoCommand, within_s: float = 5.0) -> bytes:
