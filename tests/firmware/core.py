@@ -6,7 +6,10 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
 
 LIBRARY = Path(__file__).parents[2] / "firmware" / "Turtlewire"
 SOURCES = sorted((LIBRARY / "src" / "turtlewire").glob("*.cpp"))
@@ -78,13 +81,28 @@ class Core:
 
     def _outcome(self) -> Outcome:
         assert self._process.stdout is not None
-        events: list[str] = []
-        while True:
-            line = self._process.stdout.readline()
-            assert line, "the runner ended: it says why above"
-            if line.startswith("="):
-                state = line[1:].split()
-                return Outcome(events, dict(zip(state[::2], state[1::2], strict=True)))
+        found = next(outcomes(iter(self._process.stdout.readline, "")), None)
+        assert found is not None, "the runner ended: it says why above"
+        return found
+
+
+def run(program: Path, commands: list[str]) -> list[Outcome]:
+    """What many commands led to, in a process of their own. Raises ``CalledProcessError`` if it fails."""
+    done = subprocess.run(
+        [program], input="\n".join([*commands, ""]), capture_output=True, text=True, check=True
+    )
+    return list(outcomes(done.stdout.splitlines()))
+
+
+def outcomes(lines: Iterable[str]) -> Iterator[Outcome]:
+    """What the lines that the runner wrote tell."""
+    events: list[str] = []
+    for line in lines:
+        if line.startswith("="):
+            state = line[1:].split()
+            yield Outcome(events, dict(zip(state[::2], state[1::2], strict=True)))
+            events = []
+        else:
             events.append(line.rstrip("\n"))
 
 

@@ -5,10 +5,7 @@ Compiled with all warnings as errors, and run under the address and undefined be
 
 from __future__ import annotations
 
-import json
-from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -16,118 +13,49 @@ from hypothesis import strategies as st
 
 from turtlewire.protocols.frame.codec import INTER_BYTE_S, frame_bytes
 from turtlewire.protocols.frame.dialect import TO_ROBOT, shipped
-from turtlewire.protocols.frame.robot import Robot as FrameRobot
-from turtlewire.protocols.message import Field
-from turtlewire.protocols.simple import messages as s
-from turtlewire.protocols.simple.robot import Robot as SimpleRobot
 from turtlewire.protocols.walter.codec import Mode, encode
-from turtlewire.protocols.walter.messages import (
-    DIRECT_KEYS,
-    LOGO_COMMANDS,
-    DirectKey,
-    EmptyLine,
-    SelectDirect,
-    WalterMessage,
-)
-from turtlewire.protocols.walter.robot import Robot as WalterRobot
 
-from .core import SANITIZERS, Core, Outcome, arrive, build
+from .core import SANITIZERS, Core, arrive, build, run
+from .expected import (
+    GROUP_BITS,
+    IDS,
+    INTER_BYTE_MS,
+    Expected,
+    cut,
+    frame,
+    simple,
+    to_robot,
+    vectors,
+    walter,
+)
+from .fixed_inputs import fixed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
+    from pathlib import Path
 
     from turtlewire.protocols.frame.dialect import Dialect
-    from turtlewire.protocols.frame.message import FrameMessage
 
-VECTORS = Path(__file__).parents[2] / "spec" / "vectors"
-GROUP_BITS = {"C": 1, "Q": 2, "H": 4, "E": 8}
-# As the generated header numbers them.
-IDS: tuple[type[WalterMessage], ...] = (
-    EmptyLine,
-    *(t for t in LOGO_COMMANDS if t is not EmptyLine),
-    *DIRECT_KEYS,
-)
-INTER_BYTE_MS = 100
 FEW = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture(scope="module")
-def core(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Core]:
-    with Core(build(tmp_path_factory.mktemp("core"), "-g", "-O1", *SANITIZERS)) as core:
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(tmp_path_factory.mktemp("core"), "-g", "-O1", *SANITIZERS)
+
+
+@pytest.fixture(scope="module")
+def core(program: Path) -> Iterator[Core]:
+    with Core(program) as core:
         yield core
 
 
-def vectors(protocol: str, what: str) -> list[Any]:
-    paths = sorted((VECTORS / protocol).glob("*.json"))
-    return [entry for path in paths for entry in json.loads(path.read_text("utf-8")).get(what, [])]
-
-
-def to_robot(protocol: str) -> list[Any]:
-    return [vector for vector in vectors(protocol, "vectors") if vector["direction"] == "to robot"]
-
-
-def cut(data: bytes, cuts: Iterable[int]) -> list[bytes]:
-    places = sorted({0, len(data), *(place % (len(data) + 1) for place in cuts)})
-    return [data[a:b] for a, b in pairwise(places)] or [b""]
+def test_the_fixed_inputs(program: Path) -> None:
+    for expected in fixed().values():
+        expected.compare(run(program, expected.commands))
 
 
 # ------------------------------------------------------------------------------------------------------ simple
-
-
-class SetServos(s.SimpleCommand, frozen=True):
-    """S10, as in the vectors: two servos."""
-
-    LETTER: ClassVar[bytes] = b"V"
-    CHANNEL: ClassVar[str] = "servos"
-    FIELDS: ClassVar[tuple[Field, ...]] = (Field("left", "u8", 0, 180, ""), Field("right", "u8", 0, 180, ""))
-    left: int
-    right: int
-
-
-def simple_events(robot: SimpleRobot, data: bytes) -> list[str]:
-    events: list[str] = []
-    for byte in data:
-        reaction = robot.receive_data(bytes([byte]))
-        for command in reaction.actions:
-            if isinstance(command, s.Stop):
-                events += ["drive 0", "steer 0"]
-            elif isinstance(command, s.Headlights):
-                events.append("headlights " + "".join(map(str, command.values())))
-            elif isinstance(command, SetServos):
-                events.append(f"extension V {command.left} {command.right}")
-            else:
-                events.append(f"{command.CHANNEL} {command.SIGN * command.values()[0]}")
-        events += [f"answer {chr(reply)}" for reply in reaction.replies]
-    return events
-
-
-class Expected:
-    """What the Python end makes of the same: commands for the core, and what each has to lead to."""
-
-    def __init__(self) -> None:
-        self.commands: list[str] = []
-        self.outcomes: list[Outcome] = []
-
-    def add(self, command: str, events: list[str], **state: object) -> None:
-        self.commands.append(command)
-        self.outcomes.append(Outcome(events, {name: str(value) for name, value in state.items()}))
-
-    def check(self, core: Core) -> None:
-        for command, found, expected in zip(
-            self.commands, core.do(self.commands), self.outcomes, strict=True
-        ):
-            events = [event for event in without_stale(found.events) if event != "heard"]
-            state = found.state | {"heard_now": str(len(found.events) - len(events))}
-            assert (command, events) == (command, expected.events)
-            assert {name: state[name] for name in expected.state} == expected.state
-
-
-def simple(expected: Expected, pieces: list[bytes], extended: bool) -> None:
-    robot = SimpleRobot((SetServos,) if extended else ())
-    expected.add(f"simple {'V' * extended}", [], pending=0)
-    for piece in pieces:
-        events = simple_events(robot, piece)
-        expected.add(arrive(piece), events, pending=len(robot.pending))
 
 
 @pytest.mark.parametrize("vector", to_robot("simple"), ids=lambda vector: vector["id"])
@@ -160,42 +88,6 @@ def test_any_bytes_of_simple(core: Core, data: bytes, cuts: list[int], extended:
 
 
 # ------------------------------------------------------------------------------------------------------ walter
-
-
-def shown(what: str, message: WalterMessage) -> str:
-    letters = len(message.LETTERS)
-    arguments = encode(message)[letters:] if isinstance(message, DirectKey) else encode(message)[letters:-1]
-    return f"{what} {IDS.index(type(message))} {arguments.hex().upper()}"
-
-
-def without_stale(events: list[str]) -> list[str]:
-    """A message of WALTER shows four bytes of arguments; those that it does not have mean nothing."""
-    return [_without_stale(event) for event in events]
-
-
-def _without_stale(event: str) -> str:
-    what, *rest = event.split(" ")
-    if what not in ("key", "command"):
-        return event
-    size = sum(2 if field.kind.endswith("16") else 1 for field in IDS[int(rest[0])].FIELDS)
-    return f"{what} {rest[0]} {rest[1][: 2 * size]}"
-
-
-def walter(
-    expected: Expected, pieces: list[bytes], mode: Mode, groups: frozenset[str], takes: Iterable[int]
-) -> None:
-    robot = WalterRobot(mode, groups)
-    expected.add(f"walter {mode.value} {sum(GROUP_BITS[group] for group in groups)}", [])
-    take = iter(takes)
-    for piece in pieces:
-        at_once = robot.receive_data(piece)
-        acts = ["direct" if isinstance(m, SelectDirect) else shown("key", m) for m in at_once]
-        state = {"mode": robot.mode.value, "queued": robot.queued, "heard": robot.heard}
-        expected.add(arrive(piece), acts, **state, malformed=robot.malformed, overflowed=robot.overflowed)
-        for _ in range(next(take, 0)):
-            command = robot.next_command()
-            taken = "none" if command is None else shown("command", command)
-            expected.add("take", [taken], queued=robot.queued)
 
 
 @pytest.mark.parametrize("vector", to_robot("walter"), ids=lambda vector: vector["id"])
@@ -242,31 +134,6 @@ def test_any_bytes_of_walter(
 
 
 # ------------------------------------------------------------------------------------------------------- frame
-
-COUNTED = ("frames", "oversized", "wrong_crc", "incomplete", "unknown_type", "inconsistent", "lost")
-
-
-def frame(expected: Expected, name: str, steps: list[tuple[int, bytes]]) -> None:
-    """Bytes at times, in milliseconds; b"": time passes."""
-    dialect = shipped(name)
-    # In milliseconds, too: their sums are exact.
-    robot = FrameRobot(dialect, timeout_s=INTER_BYTE_MS)
-    expected.add(f"frame {name}", [])
-    for at_ms, data in steps:
-        heard = robot.heard
-        messages = robot.receive_data(data, at_ms)
-        events = [f"{packed(dialect, message).hex().upper()} message" for message in messages]
-        counts = robot.statistics
-        state = {each: getattr(counts, each) for each in (*COUNTED, "repeats", "restarts")}
-        state |= {"pending": robot.pending, "refused": sum(counts.refused.values())}
-        command = arrive(data, at_ms) if data else f"pass {at_ms}"
-        expected.add(command, events, heard_now=robot.heard - heard, **state)
-
-
-def packed(dialect: Dialect, message: FrameMessage) -> bytes:
-    entry = dialect.entry(message)
-    assert entry.goes(TO_ROBOT)
-    return entry.layout.pack(entry.type, *message.values())
 
 
 def test_a_frames_robot_has_the_same_patience() -> None:

@@ -145,7 +145,7 @@ class WalterRobot : public Robot {
   static void show_message(const char* what, const walter::Message& message) {
     printf("%s %u ", what, static_cast<unsigned>(message.id));
     show_hex(message.arguments, walter::MAX_ARGUMENTS);
-    printf("\n");
+    printf(" u8 %u u16 %u %u i16 %d %d\n", message.u8(), message.u16(), message.u16(1), message.i16(), message.i16(1));
   }
 
   walter::Robot<WalterRobot> robot_;
