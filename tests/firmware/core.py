@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 LIBRARY = Path(__file__).parents[2] / "firmware" / "Turtlewire"
 SOURCES = sorted((LIBRARY / "src" / "turtlewire").glob("*.cpp"))
 RUNNER = LIBRARY / "extras" / "test" / "runner.cpp"
+INSTANTIATED = RUNNER.with_name("instantiated.cpp")
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 

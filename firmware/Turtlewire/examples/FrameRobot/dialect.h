@@ -228,6 +228,7 @@ inline uint8_t telemetry_size(uint8_t type) {
 struct Dialect {
   static uint8_t size(uint8_t type) { return command_size(type); }
   static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }
+  static uint8_t finish(uint8_t* frame, uint8_t seq, uint8_t size) { return finish_frame(frame, seq, size); }
 
   // Hands one message, all of whose bytes are there, to handler.message(); false: it breaks its restriction.
   template <class Handler>

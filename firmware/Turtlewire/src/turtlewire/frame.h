@@ -164,11 +164,7 @@ class Sender {
 
   // Finishes the frame, which may be empty (F7): data() has so many bytes then. The next add() begins another.
   uint8_t finish() {
-    frame_[0] = MAGIC;
-    frame_[1] = seq_;
-    frame_[2] = size_;
-    frame_[HEADER + size_] = Dialect::crc(frame_, size_);
-    const uint8_t size = static_cast<uint8_t>(size_ + OVERHEAD);
+    const uint8_t size = Dialect::finish(frame_, seq_, size_);
     ++seq_;
     size_ = 0;
     return size;

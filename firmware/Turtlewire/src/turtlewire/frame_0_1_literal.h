@@ -56,38 +56,6 @@ inline uint8_t finish_frame(uint8_t* frame, uint8_t seq, uint8_t size) {
   return static_cast<uint8_t>(size + FRAME_OVERHEAD);
 }
 
-inline void put16(uint8_t* out, uint16_t value) {
-  out[0] = static_cast<uint8_t>(value >> 8U);
-  out[1] = static_cast<uint8_t>(value & 0xFFU);
-}
-
-inline uint16_t get16(const uint8_t* in) {
-  return static_cast<uint16_t>((static_cast<uint16_t>(in[0]) << 8U) | in[1]);
-}
-
-inline void put32(uint8_t* out, uint32_t value) {
-  put16(out, static_cast<uint16_t>(value >> 16U));
-  put16(out + 2, static_cast<uint16_t>(value & 0xFFFFU));
-}
-
-inline uint32_t get32(const uint8_t* in) {
-  return (static_cast<uint32_t>(get16(in)) << 16U) | get16(in + 2);
-}
-
-inline void put_float(uint8_t* out, float value) {
-  static_assert(sizeof(float) == sizeof(uint32_t), "an f32 is an IEEE 754 single");
-  uint32_t bits = 0;
-  memcpy(&bits, &value, sizeof bits);
-  put32(out, bits);
-}
-
-inline float get_float(const uint8_t* in) {
-  const uint32_t bits = get32(in);
-  float value = 0;
-  memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
 constexpr uint16_t COUNT_SERVOS = 2;
 constexpr uint16_t COUNT_ENGINES = 2;
 
@@ -216,6 +184,7 @@ inline uint8_t command_size(uint8_t type) {
 struct Dialect {
   static uint8_t size(uint8_t type) { return command_size(type); }
   static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }
+  static uint8_t finish(uint8_t* frame, uint8_t seq, uint8_t size) { return finish_frame(frame, seq, size); }
 
   // Hands one message, all of whose bytes are there, to handler.message(); false: it breaks its restriction.
   template <class Handler>

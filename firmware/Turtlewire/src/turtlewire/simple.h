@@ -27,7 +27,6 @@ class Parser {
   uint8_t pending() const { return count_; }
 
   uint8_t letter() const { return command_[0]; }
-  const uint8_t* command() const { return command_; }
 
   // The number of three digits at a position of an accepted command: 0..999.
   uint16_t number(uint8_t position) const;

@@ -57,7 +57,13 @@ inline uint8_t finish_frame(uint8_t* frame, uint8_t seq, uint8_t size) {
   frame[FRAME_HEADER + size] = frame_crc(frame, size);
   return static_cast<uint8_t>(size + FRAME_OVERHEAD);
 }
+"""
 
+# What reads and writes numbers of more than one byte: each uses those before it, and there are those that are used.
+NUMBERS = (
+    (
+        {"u16", "i16", "u32", "i32", "f32"},
+        """\
 inline void put16(uint8_t* out, uint16_t value) {
   out[0] = static_cast<uint8_t>(value >> 8U);
   out[1] = static_cast<uint8_t>(value & 0xFFU);
@@ -66,7 +72,11 @@ inline void put16(uint8_t* out, uint16_t value) {
 inline uint16_t get16(const uint8_t* in) {
   return static_cast<uint16_t>((static_cast<uint16_t>(in[0]) << 8U) | in[1]);
 }
-
+""",
+    ),
+    (
+        {"u32", "i32", "f32"},
+        """\
 inline void put32(uint8_t* out, uint32_t value) {
   put16(out, static_cast<uint16_t>(value >> 16U));
   put16(out + 2, static_cast<uint16_t>(value & 0xFFFFU));
@@ -75,7 +85,11 @@ inline void put32(uint8_t* out, uint32_t value) {
 inline uint32_t get32(const uint8_t* in) {
   return (static_cast<uint32_t>(get16(in)) << 16U) | get16(in + 2);
 }
-
+""",
+    ),
+    (
+        {"f32"},
+        """\
 inline void put_float(uint8_t* out, float value) {
   static_assert(sizeof(float) == sizeof(uint32_t), "an f32 is an IEEE 754 single");
   uint32_t bits = 0;
@@ -89,8 +103,9 @@ inline float get_float(const uint8_t* in) {
   memcpy(&value, &bits, sizeof value);
   return value;
 }
-"""
-
+""",
+    ),
+)
 PUT = {
     "u8": "out[{at}] = message.{name};",
     "bool": "out[{at}] = message.{name} ? 1 : 0;",
@@ -153,6 +168,8 @@ def header(dialect: Dialect) -> str:
         "",
         FIXED,
     ]
+    kinds = {field.kind for entry in dialect.entries for field in entry.message_type.FIELDS}
+    out += [functions for users, functions in NUMBERS if kinds & users]
     for count, number in dialect.counts.items():
         out.append(f"constexpr uint16_t COUNT_{count.upper()} = {number};")
     for enumeration, members in dialect.enumerations.items():
@@ -275,6 +292,7 @@ def _traits(dialect: Dialect) -> list[str]:
         "struct Dialect {",
         f"  static uint8_t size{size}",
         "  static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }",
+        "  static uint8_t finish(uint8_t* frame, uint8_t seq, uint8_t size) { return finish_frame(frame, seq, size); }",
     ]
     if not commands:
         return [
