@@ -82,7 +82,7 @@ struct Turtle {
   void add(bool is_turn, float amount);
   void go_to(float to_x, float to_y);
   void start(bool is_turn, bool ahead, uint32_t steps);
-  void account();
+  void account(bool is_complete);
   void move_pen(bool down);
   void wait(uint16_t ms);
   void answer(const Message& message);
@@ -95,6 +95,10 @@ struct Turtle {
   float x = 0.0F;  // half millimetres
   float y = 0.0F;
   float heading = 0.0F;  // degrees, 0 = +Y, clockwise
+  // What is missing from the last turn and the last move because it was less than half a step: the next one makes up
+  // for it. 59 steps for 3 degrees, which are 58.6, would be 7 degrees too many once round a circle.
+  float owed_deg = 0.0F;
+  float owed_half_mm = 0.0F;
   uint8_t move_speed = DEFAULT_SPEED;
   uint8_t turn_speed = DEFAULT_SPEED;
   bool is_pen_down = false;
@@ -134,7 +138,7 @@ void Turtle::begin(const Message& message) {
     case LAMP_OFF: digitalWrite(LAMP_PIN, LOW); break;
     case RESET_LOCATION: x = y = 0.0F; break;
     case GO_HOME: go_to(0.0F, 0.0F); break;
-    case TURN_TO: add_turn(shorter(message.u16() - heading)); break;
+    case TURN_TO: add_turn(shorter(message.u16() - heading - owed_deg)); break;
     case GO_TO: go_to(message.i16(0), message.i16(1)); break;
     case GO_TO_X: go_to(message.i16(), y); break;
     case GO_TO_Y: go_to(x, message.i16()); break;
@@ -162,7 +166,7 @@ void Turtle::go_to(float to_x, float to_y) {
   if (distance == 0.0F) {
     return;
   }
-  const float turn = shorter(bearing(to_x, to_y) - heading);
+  const float turn = shorter(bearing(to_x, to_y) - heading - owed_deg);
   add_turn(turn);
   add_move(distance);
   add_turn(-turn);
@@ -230,7 +234,7 @@ uint32_t Turtle::pace() const {
 void Turtle::start(bool is_turn, bool ahead, uint32_t steps) {
   if (is_moving) {
     steppers.stop();
-    account();
+    account(false);
   }
   const uint8_t side = ahead ? FRONT : REAR;
   if (!is_turn && is_pressed(side)) {  // W13: not towards what is touched
@@ -244,17 +248,19 @@ void Turtle::start(bool is_turn, bool ahead, uint32_t steps) {
   steppers.start(ahead, ahead != is_turn, steps, pace());
 }
 
-// The pose after the steps that were made.
-void Turtle::account() {
+// The pose after the steps that were made: all of the leg's, or some.
+void Turtle::account(bool is_complete) {
   is_moving = false;
   const float steps = is_ahead ? steppers.done() : -static_cast<float>(steppers.done());
+  const float moved = steps * (leg.is_turn ? DEG_PER_STEP : HALF_MM_PER_STEP);
+  (leg.is_turn ? owed_deg : owed_half_mm) = is_complete ? leg.amount - moved : 0.0F;
   if (leg.is_turn) {
-    heading = around(heading + steps * DEG_PER_STEP);
+    heading = around(heading + moved);
     return;
   }
   const float angle = radians(heading);
-  x += sin(angle) * steps * HALF_MM_PER_STEP;
-  y += cos(angle) * steps * HALF_MM_PER_STEP;
+  x += sin(angle) * moved;
+  y += cos(angle) * moved;
 }
 
 // To be called again and again: what is done, what comes next.
@@ -263,11 +269,7 @@ void Turtle::go_on() {
     is_waiting = false;
   }
   if (is_moving && steppers.is_done()) {
-    const float before = heading;
-    account();
-    if (leg.is_turn) {  // whole degrees stay whole, though no number of steps makes them
-      heading = around(before + leg.amount);
-    }
+    account(true);
   }
   if (is_moving || is_waiting || legs_left == 0) {
     return;
@@ -276,6 +278,7 @@ void Turtle::go_on() {
   legs[0] = legs[1];
   legs[1] = legs[2];
   --legs_left;
+  leg.amount += leg.is_turn ? owed_deg : owed_half_mm;
   const float per_step = leg.is_turn ? DEG_PER_STEP : HALF_MM_PER_STEP;
   start(leg.is_turn, leg.amount > 0.0F, static_cast<uint32_t>(fabs(leg.amount) / per_step + 0.5F));
 }
@@ -283,7 +286,7 @@ void Turtle::go_on() {
 void Turtle::halt() {
   steppers.stop();
   if (is_moving) {
-    account();
+    account(false);
   }
   legs_left = 0;
 }

@@ -43,9 +43,15 @@ struct Turtle {
   bool is_idle() const { return steppers.is_done() && static_cast<int32_t>(millis() - pen_until_ms) >= 0; }
 
  private:
-  void move(bool ahead, uint16_t half_mm) { start(false, ahead, round_up(half_mm * STEPS_PER_MM / 2.0F)); }
-  void turn(bool clockwise, uint16_t deg) { start(true, clockwise, round_up(deg * STEPS_PER_DEG)); }
-  static uint32_t round_up(float steps) { return static_cast<uint32_t>(steps + 0.5F); }
+  void move(float half_mm) { go(false, half_mm * STEPS_PER_MM / 2.0F, owed_move); }
+  void turn(float deg) { go(true, deg * STEPS_PER_DEG, owed_turn); }
+
+  // A number of steps that is no whole one: what is missing, or too much, the next one makes up for.
+  void go(bool turns, float steps, float& owed) {
+    const int32_t whole = lround(steps + owed);
+    owed += steps - whole;
+    start(turns, whole > 0, static_cast<uint32_t>(labs(whole)));
+  }
 
   void start(bool turns, bool ahead, uint32_t steps) {
     is_turn = turns;
@@ -70,6 +76,8 @@ struct Turtle {
   uint8_t move_speed = DEFAULT_SPEED;
   uint8_t turn_speed = DEFAULT_SPEED;
   bool is_turn = false;
+  float owed_move = 0.0F;  // steps, less than one
+  float owed_turn = 0.0F;
   uint32_t pen_until_ms = 0;
 };
 
@@ -79,10 +87,10 @@ uint32_t heard_ms = 0;
 
 void Turtle::begin(const Message& message) {
   switch (message.id) {
-    case FORWARD: move(true, message.u16()); break;
-    case BACK: move(false, message.u16()); break;
-    case RIGHT: turn(true, message.u16()); break;
-    case LEFT: turn(false, message.u16()); break;
+    case FORWARD: move(message.u16()); break;
+    case BACK: move(-static_cast<float>(message.u16())); break;
+    case RIGHT: turn(message.u16()); break;
+    case LEFT: turn(-static_cast<float>(message.u16())); break;
     case SET_SPEED: move_speed = turn_speed = message.u8(); break;
     case PEN_UP: move_pen(false); break;
     case PEN_DOWN: move_pen(true); break;
