@@ -4,7 +4,8 @@
  * - it takes 11 bits for a byte of 8N1: the baud generator's real 10 are set whenever the firmware sets its rate;
  * - its receiver holds 63 bytes and so never overruns: the chip holds two and the one in its shift register;
  * - it reports a sent byte when the firmware writes it: on the wire it ends a byte's time later;
- * - it reports a store outside of the RAM and then makes it all the same: there is room for that, and it is an error.
+ * - it reports a store outside of the RAM and then makes it all the same: there is room for that, and it is an error;
+ * - a reset, by the button or by the watchdog, makes it forget what it was to call: it is told again.
  *
  * libsimavr is under the GPL 3: this is a tool of the tests and no part of what is installed.
  */
@@ -52,6 +53,8 @@ typedef struct Board {
   uint32_t free_ram;
   size_t wanted;                     /* sent bytes to stop at; 0: none */
   int is_due;
+  void (*chip_reset)(avr_t *);       /* the emulator's own */
+  int was_reset;
 } Board;
 
 static char complaints[4096];
@@ -170,25 +173,61 @@ static void attach(Board *board, Pin *pins) {
   avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
 }
 
+static void on_reset(avr_t *avr) {
+  Board *board = avr->custom.data;
+  board->was_reset = 1;
+  if (board->chip_reset) {
+    board->chip_reset(avr);
+  }
+}
+
+/* What is on the wire comes all the same, but for the byte that the receiver was at. */
+static void go_on_arriving(Board *board) {
+  avr_t *avr = board->avr;
+  if (board->next < board->arriving.count && !avr_cycle_timer_status(avr, on_arriving, board)) {
+    uint64_t start = board->arriving.items[board->next].cycle;
+    avr_cycle_timer_register(avr, start > avr->cycle ? start - avr->cycle : 1, on_arriving, board);
+  }
+}
+
+static void after_reset(Board *board) {
+  board->was_reset = 0;
+  board->avr->sleep = do_not_sleep;
+  board->patched = 0;
+  if (board->is_in_shift_register) {
+    board->is_in_shift_register = 0;
+    ++board->next;
+  }
+  go_on_arriving(board);
+}
+
 static void paint(Board *board) {
   memset(board->avr->data + board->free_ram, PAINT, board->avr->ramend + 1 - board->free_ram);
 }
 
+/* With a program, or with the flash erased if there is none. */
 Board *board_new(const char *elf, const char *chip, uint32_t frequency) {
   avr_global_logger_set(complain);
   Board *board = calloc(1, sizeof *board);
-  if (elf_read_firmware(elf, &board->firmware) != 0 || (board->avr = avr_make_mcu_by_name(chip)) == NULL) {
+  if ((elf && elf_read_firmware(elf, &board->firmware) != 0) || (board->avr = avr_make_mcu_by_name(chip)) == NULL) {
     free(board);
     return NULL;
   }
-  board->firmware.frequency = frequency;
+  board->avr->custom.data = board;
   avr_init(board->avr);
+  board->chip_reset = board->avr->reset;
+  board->avr->reset = on_reset;
   board->avr->data = realloc(board->avr->data, ADDRESS_SPACE);
   memset(board->avr->data + board->avr->ramend + 1, 0, ADDRESS_SPACE - board->avr->ramend - 1);
-  avr_load_firmware(board->avr, &board->firmware);
+  if (elf) {
+    board->firmware.frequency = frequency;
+    avr_load_firmware(board->avr, &board->firmware);
+  }
+  board->avr->frequency = frequency;
   board->avr->vcc = board->avr->avcc = board->avr->aref = 5000;
   board->avr->log = LOG_WARNING;
   attach(board, pins_of(board));
+  board->free_ram = (uint32_t)board->avr->ioend + 1;
   for (uint32_t at = 0; at < board->firmware.symbolcount; ++at) {
     if (strcmp(board->firmware.symbol[at]->symbol, "_end") == 0) {
       board->free_ram = board->firmware.symbol[at]->addr & 0xFFFF;
@@ -209,6 +248,14 @@ int board_run(Board *board, uint64_t until, size_t wanted) {
   avr->run_cycle_limit = 1000;
   while (!board->is_due && avr->state != cpu_Done && avr->state != cpu_Crashed) {
     avr_run(avr);
+    if (board->was_reset) {
+      after_reset(board);
+      if (until > avr->cycle) {
+        avr_cycle_timer_register(avr, until - avr->cycle, on_due, board);
+      } else {
+        board->is_due = 1;
+      }
+    }
     set_byte_time(board);
   }
   avr_cycle_timer_cancel(avr, on_due, board);
@@ -228,18 +275,31 @@ void board_receive(Board *board, const uint8_t *bytes, size_t count, uint64_t fr
     add(&board->arriving, (uint64_t)at, bytes[number]);
     at += byte_cycles + gap_cycles;
   }
-  if (count && !board->is_in_shift_register && !avr_cycle_timer_status(avr, on_arriving, board)) {
-    avr_cycle_timer_register(avr, board->arriving.items[board->next].cycle - avr->cycle, on_arriving, board);
+  if (!board->is_in_shift_register) {
+    go_on_arriving(board);
   }
 }
 
 /* The chip is reset, as by its button; what is on the wire stays there. */
 void board_reset(Board *board) {
   avr_reset(board->avr);
-  board->avr->sleep = do_not_sleep;
-  board->patched = 0;
+  avr_regbit_set(board->avr, board->avr->reset_flags.extrf);
+  after_reset(board);
   paint(board);
 }
+
+/* Where a reset leads to, as its fuses say, and to there at once: the board has been without power. */
+void board_power_on(Board *board, uint32_t address) {
+  board->next = board->arriving.count;
+  board->is_in_shift_register = 0;
+  board->avr->reset_pc = address;
+  avr_reset(board->avr);
+  avr_regbit_set(board->avr, board->avr->reset_flags.porf);
+  after_reset(board);
+  paint(board);
+}
+
+uint8_t *board_flash(Board *board) { return board->avr->flash; }
 
 void board_free(Board *board) {
   avr_terminate(board->avr);
