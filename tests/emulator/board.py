@@ -69,6 +69,8 @@ def _library() -> Any:
         ("run", ctypes.c_int, [board, u64, size]),
         ("receive", None, [board, ctypes.c_char_p, size, u64, real, real]),
         ("reset", None, [board]),
+        ("power_on", None, [board, ctypes.c_uint32]),
+        ("flash", ctypes.POINTER(ctypes.c_uint8), [board]),
         ("free", None, [board]),
         ("sent", size, [board, size, some, size]),
         ("edges", size, [board, size, some, size]),
@@ -91,15 +93,16 @@ class Board:
     """One board. A context manager; time moves only in ``run`` and ``reply``.
 
     Args:
-        program: the ELF file.
+        program: the ELF file; None: the flash is erased.
         baud: at which the host sends; the chip has its own idea of the same rate.
     """
 
-    def __init__(self, program: Path, baud: int) -> None:
+    def __init__(self, program: Path | None, baud: int) -> None:
         self.baud = baud
         self._library = _library()
         self._library.board_forgive()
-        self._board = self._library.board_new(os.fsencode(program), CHIP.encode(), FREQUENCY_HZ)
+        elf = None if program is None else os.fsencode(program)
+        self._board = self._library.board_new(elf, CHIP.encode(), FREQUENCY_HZ)
         assert self._board, f"{program} is no program for the {CHIP}"
         self._sent_seen = 0
         self._edges_seen = 0
@@ -139,6 +142,10 @@ class Board:
     def reset(self) -> None:
         """Press the reset button."""
         self._library.board_reset(self._board)
+
+    def power_on(self, address: int = 0) -> None:
+        """Switch power off and on; from then on a reset leads to this address, as fuses may say."""
+        self._library.board_power_on(self._board, address)
 
     # The serial line
 
@@ -196,6 +203,11 @@ class Board:
             since_s, level = edge
         return (high_s + (self.now_s - since_s) * level) / (self.now_s - start_s)
 
+    def pwm(self, pin: int) -> int:
+        """What ``analogWrite`` has set for pin 5 or 6, 0..255: by the registers of timer 0, at once."""
+        shift, value = {5: (5, 0x48), 6: (7, 0x47)}[pin]  # COM0B1 and OCR0B, COM0A1 and OCR0A
+        return self.peek(value) if self.peek(0x44) >> shift & 1 else 255 * self.level(pin)
+
     def press(self, pin: int, level: int) -> None:
         """Something outside pulls a pin."""
         port, bit = PINS[pin]
@@ -210,6 +222,16 @@ class Board:
     def peek(self, address: int) -> int:
         """A byte of RAM, or a register."""
         return int(self._library.board_peek(self._board, address))
+
+    def flash(self, address: int, count: int) -> bytes:
+        """What is in the flash."""
+        return bytes(self._library.board_flash(self._board)[address : address + count])
+
+    def burn(self, address: int, data: bytes) -> None:
+        """Put bytes into the flash from outside, as a programmer does."""
+        flash = self._library.board_flash(self._board)
+        for at, byte in enumerate(data, address):
+            flash[at] = byte
 
     @property
     def untouched_bytes(self) -> int:
