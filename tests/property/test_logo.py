@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
-from turtlewire.logo.reader import read, read_list
+from turtlewire.logo.reader import Line, read, read_list
 from turtlewire.logo.tokens import tokenize
-from turtlewire.logo.values import LogoList, Value, equal, show, to_text, word
+from turtlewire.logo.values import Value, equal, make_list, show, to_text, word
 
 LOGO_TEXT = st.text(
     alphabet=st.one_of(st.sampled_from("ab1.e \n[]()+-*/=<>\"\\:;|~?#!{}'"), st.characters()), max_size=60
@@ -52,7 +52,7 @@ PIECES = [
 
 def values() -> st.SearchStrategy[Value]:
     return st.recursive(
-        WORDS.map(word), lambda inner: st.lists(inner, max_size=4).map(LogoList), max_leaves=12
+        WORDS.map(word), lambda inner: st.lists(inner, max_size=4).map(make_list), max_leaves=12
     )
 
 
@@ -65,7 +65,7 @@ def assert_is_placed(error: LogoError) -> None:
 def test_the_reader_raises_only_logo_errors(text: str) -> None:
     try:
         for line in read(text, "any.logo"):
-            if isinstance(line, LogoList):
+            if isinstance(line, Line):
                 tokenize(line)
     except LogoError as error:
         assert_is_placed(error)
@@ -82,15 +82,15 @@ def test_bad_programs_raise_only_logo_errors(program: str) -> None:
 
 @given(values())
 def test_what_is_shown_can_be_read(value: Value) -> None:
-    as_list = LogoList((value,))
-    again = read_list(show(as_list)).items[0]
+    as_list = make_list((value,))
+    again = read_list(show(as_list))[0]
     assert equal(again, as_list, ignore_case=False)
 
 
 @given(WORDS)
 def test_a_word_keeps_its_text(text: str) -> None:
     value = word(text)
-    assert not isinstance(value, LogoList)
+    assert isinstance(value, str | int | float)
     assert to_text(value) == text
 
 

@@ -30,7 +30,7 @@ from turtlewire.logo.procedures import (
     UserProcedure,
 )
 from turtlewire.logo.progress import Progress
-from turtlewire.logo.reader import Definition, read
+from turtlewire.logo.reader import Definition, Line, line_of, read
 from turtlewire.logo.recursion import room_for_recursion
 from turtlewire.logo.scope import bind
 from turtlewire.logo.syntax import (
@@ -47,7 +47,7 @@ from turtlewire.logo.syntax import (
     Variable,
 )
 from turtlewire.logo.tokens import Place, tokenize
-from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, show_in_error
+from turtlewire.logo.values import VALUE_TYPES, List, Value, show_in_error
 from turtlewire.logo.workspace import define_from_title
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from turtlewire.turtle import Turtle
 
 MAX_DEPTH = 30_000  # procedures within procedures; deeper is a program that never ends
+_LINES_KEPT = 20_000
 _FRAMES = 10 * MAX_DEPTH  # Python calls that this may take
 
 
@@ -81,6 +82,8 @@ class Interpreter:
         self.step_mm = step_mm
         self.procedures: dict[str, Primitive | UserProcedure] = dict(PRIMITIVES)
         self.variables: dict[str, Value] = {}
+        # The lists of programs, and others that were run, by their first cell: how each was read, and its code.
+        self._lines: dict[int, tuple[List, Line]] = {}
         self.property_lists: dict[str, dict[str, Value]] = {}
         self.epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
         self.procedure: UserProcedure | None = None
@@ -90,7 +93,7 @@ class Interpreter:
             None  # what # and ?REST stand for: how far, through what
         )
         self.repeat_count = -1
-        self.limit_handler: LogoList | None = None
+        self.limit_handler: List | None = None
         self.limit_handler_changed = False
         self.limit_sensor = ""
         self.last_error: LogoError | None = None
@@ -128,7 +131,7 @@ class Interpreter:
                 if isinstance(line, Definition):
                     define_from_title(self, line)
                 else:
-                    self.run_list(line, COMMAND)
+                    self.run_line(line, COMMAND)
         except ThrowError as thrown:
             if thrown.tag != "toplevel":
                 error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
@@ -183,7 +186,7 @@ class Interpreter:
             return result  # type: ignore[return-value]
         raise ExitError(result)
 
-    def set_limit_handler(self, handler: LogoList | None) -> None:
+    def set_limit_handler(self, handler: List | None) -> None:
         """Install what is run when a limit sensor ends a command, or remove it."""
         self.turtle.set_step_by_step(handler is not None)
         self.limit_handler = handler
@@ -191,15 +194,47 @@ class Interpreter:
 
     def parsed(self, instructions: Value) -> Code:
         """The code of an instruction list; kept with the list until a procedure is defined."""
-        if not isinstance(instructions, LogoList):
-            instructions = LogoList((instructions,))
-        code: Code | None = instructions.code
+        if not isinstance(instructions, list):
+            return self._parse(Line((instructions,)))
+        return self._code_of(self.line(instructions))
+
+    def line(self, cells: List) -> Line:
+        """How a list was read, if it was; otherwise as if it had been, without a place."""
+        if not cells:
+            return Line(())
+        known = self._lines.get(id(cells))
+        if known is None:
+            if len(self._lines) >= _LINES_KEPT:
+                self.forget_lines()
+            known = self._lines[id(cells)] = (cells, line_of(cells))
+        return known[1]
+
+    def run_line(self, line: Line, how: int = COMMAND) -> Result:
+        """``run_list`` for a line of the program."""
+        return self.run_code(self._code_of(line), how)
+
+    def remember(self, line: Line) -> None:
+        """Know a list of the program, and those within it, again when they are run as values."""
+        pending = [line]
+        for each in pending:
+            cells = each.value
+            if cells and id(cells) not in self._lines:
+                self._lines[id(cells)] = (cells, each)
+                pending += [item for item in each.items if isinstance(item, Line)]
+
+    def forget_lines(self) -> None:
+        """Parse everything anew that is run from now on: a list has been changed, or there are too many."""
+        self._lines.clear()
+        self.epoch += 1
+
+    def _code_of(self, line: Line) -> Code:
+        code: Code | None = line.code
         if code is None or code.epoch != self.epoch:
-            code = instructions.code = self._parse(instructions)
+            code = line.code = self._parse(line)
         return code
 
-    def _parse(self, instructions: LogoList) -> Code:
-        return Code(Parser(tokenize(instructions), self.procedures).parse(), self.epoch)
+    def _parse(self, line: Line) -> Code:
+        return Code(Parser(tokenize(line), self.procedures, self.remember).parse(), self.epoch)
 
     def run_code(self, code: Code, how: int, level: list[int] | None = None) -> Result:
         """Run parsed instructions; see ``run_list``. ``level`` is what ``progress`` watches them by, if it does."""
@@ -228,7 +263,7 @@ class Interpreter:
         if code is None or code.epoch != self.epoch:
             nodes: list[Node] = []
             for line in procedure.body:
-                nodes += Parser(tokenize(line), self.procedures).parse()
+                nodes += Parser(tokenize(line), self.procedures, self.remember).parse()
             code = procedure.code = Code(nodes, self.epoch)
         level = self.levels.enter(len(code.instructions) + 1)
         if level is None:
@@ -322,7 +357,7 @@ class Interpreter:
         if isinstance(node, Failure):
             raise blame.placed(self, node.error.copy(), node.place)
         if isinstance(node, Pending):
-            nodes = Parser(node.tokens, self.procedures, self.variables.__contains__).parse()
+            nodes = Parser(node.tokens, self.procedures, self.remember, self.variables.__contains__).parse()
             return self.run_code(Code(nodes, self.epoch), how)
         assert isinstance(node, Unknown)
         value = self.variables.get(node.name.lower())

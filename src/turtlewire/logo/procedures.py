@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall
 from turtlewire.logo.tokens import PRECEDENCE
-from turtlewire.logo.values import LogoList
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from turtlewire.logo.reader import Line
     from turtlewire.logo.tokens import Place
-    from turtlewire.logo.values import Value
+    from turtlewire.logo.values import Array, List, Value
 
 
 # How the result of an evaluation is used.
@@ -57,7 +57,7 @@ class RunList:
 
 
 # ``None``: a command that is done.
-Result = str | int | float | LogoList | Stop | Output | TailCall | RunList | None
+Result: TypeAlias = "str | int | float | List | Array | Stop | Output | TailCall | RunList | None"
 
 Function = TypeVar("Function", bound="Callable[..., Result]")
 
@@ -136,7 +136,7 @@ class OptionalInput(NamedTuple):
     """An optional input, and the list that computes its value when it is not given."""
 
     name: str
-    default: LogoList
+    default: Line
 
 
 class UserProcedure:
@@ -152,8 +152,8 @@ class UserProcedure:
         self.inputs: list[str] = []
         self.optional: list[OptionalInput] = []
         self.rest = ""
-        self.body: tuple[LogoList, ...] = ()
-        self.title: LogoList | None = None
+        self.body: tuple[Line, ...] = ()
+        self.title: Line | None = None
         self.code: Any = None
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0
         self.takes_alternative = False

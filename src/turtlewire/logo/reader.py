@@ -6,10 +6,10 @@ operators, parentheses, quotes) matters only when it is run: see ``syntax``.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from turtlewire.logo.errors import LogoError, Position
-from turtlewire.logo.values import LogoList, Value, backslashed, barred, plain, word
+from turtlewire.logo.values import List, Value, backslashed, barred, make_list, members_of, plain, word
 
 _SPACES = " \t\f\v\r\0"
 _ENDS_A_WORD = frozenset(_SPACES + "\n[];|\\~()")
@@ -30,18 +30,76 @@ class Source:
         return Position(self.name, self.text.count("\n", 0, start) + 1, offset - start + 1, line_text)
 
 
+class Line:
+    """A line of a program, or a list in it: words and lists, and where each of them stood.
+
+    Attributes:
+        items: words, and lists as ``Line``.
+        source: the text that it stood in; ``None`` for what a program has put together.
+        offsets: for each item, its offset in the source.
+        code: what the evaluator made of it, or ``None``.
+    """
+
+    __slots__ = ("_value", "code", "items", "offsets", "source")
+
+    def __init__(
+        self, items: tuple[Item, ...], source: Source | None = None, offsets: tuple[int, ...] = ()
+    ) -> None:
+        self.items = items
+        self.source = source
+        self.offsets = offsets
+        self.code: Any = None
+        self._value: List | None = None
+
+    @property
+    def value(self) -> List:
+        """The list that it is to the program; always the same one."""
+        if self._value is None:
+            # Not recursive: lists may be nested deeper than any stack.
+            pending = [self]
+            for each in pending:
+                pending += [item for item in each.items if isinstance(item, Line) and item._value is None]
+            for each in reversed(pending):
+                each._value = make_list([value_of(item) for item in each.items])
+        assert self._value is not None
+        return self._value
+
+    def position(self, index: int) -> Position | None:
+        """Where an item stood, or the line itself if it has fewer."""
+        if self.source is None or not self.offsets:
+            return None
+        return self.source.position(self.offsets[min(index, len(self.offsets) - 1)])
+
+    def rest(self, start: int = 1) -> Line:
+        """The line without its first items."""
+        return Line(self.items[start:], self.source, self.offsets[start:])
+
+
+Item = Value | Line
+
+
+def value_of(item: Item) -> Value:
+    """An item as a value."""
+    return item.value if isinstance(item, Line) else item
+
+
+def line_of(cells: List) -> Line:
+    """A list that a program has put together, as a line; lists within it stay what they are."""
+    return Line(tuple(members_of(cells)))
+
+
 class Definition(NamedTuple):
     """A procedure as it stands in the source: TO, title line, body lines, END."""
 
-    title: LogoList
-    body: tuple[LogoList, ...]
+    title: Line
+    body: tuple[Line, ...]
 
 
 class _Open(NamedTuple):
     """A list that has begun and not yet ended."""
 
     offset: int
-    items: list[Value]
+    items: list[Item]
     offsets: list[int]
 
 
@@ -53,7 +111,7 @@ class LineReader:
         self.offset = 0
         self._procedure = ""
 
-    def read_line(self, procedure: str = "") -> LogoList | None:
+    def read_line(self, procedure: str = "") -> Line | None:
         """The next line, ``None`` at the end of the text.
 
         Args:
@@ -85,7 +143,7 @@ class LineReader:
                 if len(open_lists) == 1:
                     raise self._error(26, "unexpected ']'", i, "This ] has no [ before it.")
                 done = open_lists.pop()
-                open_lists[-1].items.append(LogoList(done.items, self.source, tuple(done.offsets)))
+                open_lists[-1].items.append(Line(tuple(done.items), self.source, tuple(done.offsets)))
                 open_lists[-1].offsets.append(done.offset)
                 i += 1
             elif c == ";" or (c == "#" and text.startswith("#!", i) and (i == 0 or text[i - 1] == "\n")):
@@ -107,13 +165,12 @@ class LineReader:
                 10, "too many ('s", open_parens[-1], "This ( has no ) up to the end of the program."
             )
         line = open_lists[0]
-        return LogoList(line.items, self.source, tuple(line.offsets))
+        return Line(tuple(line.items), self.source, tuple(line.offsets))
 
     def _read_word(self, start: int, open_parens: list[int] | None) -> tuple[int, Value]:
         """A word, and where it ends; parentheses are counted outside brackets only, so that lines can go on."""
         text, size = self.source.text, len(self.source.text)
         pieces: list[str] = []
-        as_typed = True
         i = begin = start
         while i < size:
             c = text[i]
@@ -133,10 +190,8 @@ class LineReader:
                 continue
             pieces.append(text[begin:i])
             if c == "|":
-                as_typed = False
                 i = self._read_bars(i, pieces)
             elif c == "\\":
-                as_typed = False
                 pieces.append(backslashed(text[i + 1 : i + 2]))
                 i += 2
             elif c == "~":
@@ -152,7 +207,7 @@ class LineReader:
             begin = i
         pieces.append(text[begin:i])
         joined = "".join(pieces)
-        return i, (word(joined) if as_typed else joined)
+        return i, word(joined)
 
     def _read_bars(self, start: int, pieces: list[str]) -> int:
         text, size = self.source.text, len(self.source.text)
@@ -195,7 +250,7 @@ class LineReader:
         return LogoError(number, text, self.source.position(offset), hint)
 
 
-def read(text: str, name: str = "") -> list[LogoList | Definition]:
+def read(text: str, name: str = "") -> list[Line | Definition]:
     """A whole program: its top-level lines and its procedure definitions, in order.
 
     Raises:
@@ -203,7 +258,7 @@ def read(text: str, name: str = "") -> list[LogoList | Definition]:
     """
     source = Source(text.replace("\r\n", "\n").replace("\r", "\n"), name)
     reader = LineReader(source)
-    program: list[LogoList | Definition] = []
+    program: list[Line | Definition] = []
     while (line := reader.read_line()) is not None:
         if not line.items:
             continue
@@ -214,40 +269,40 @@ def read(text: str, name: str = "") -> list[LogoList | Definition]:
     return program
 
 
-def read_list(text: str) -> LogoList:
+def read_list(text: str) -> List:
     """The list that a text spells, as READLIST and PARSE read it: one list, the newlines in it mere spaces."""
     reader = LineReader(Source(text, ""))
-    items: list[Value] = []
+    items: list[Item] = []
     while (line := reader.read_line()) is not None:
         items.extend(line.items)
-    return LogoList(items)
+    return Line(tuple(items)).value
 
 
-def _starts_with(line: LogoList, name: str) -> bool:
+def _starts_with(line: Line, name: str) -> bool:
     first = line.items[0] if line.items else None
     return isinstance(first, str) and first.lower() == name
 
 
-def _read_definition(reader: LineReader, title: LogoList) -> Definition:
+def _read_definition(reader: LineReader, title: Line) -> Definition:
     name = title.items[1] if len(title.items) > 1 else "to"
     shown = plain(name) if isinstance(name, str) else "to"
-    body: list[LogoList] = []
+    body: list[Line] = []
     while (line := reader.read_line(shown)) is not None:
         if _starts_with(line, "end") and len(line.items) == 1:
             return Definition(title, tuple(body))
         if _starts_with(line, "to"):
-            began = title.source.position(title.offsets[0])
+            began = title.position(0)
             raise LogoError(
                 23,
                 "can't use TO inside a procedure",
-                line.source.position(line.offsets[0]),
-                f"The procedure {shown}, begun in line {began.line}, has no END before this.",
+                line.position(0),
+                f"The procedure {shown}, begun in line {began.line if began else 0}, has no END before this.",
             )
         if line.items:
             body.append(line)
     raise LogoError(
         33,
         f"END not found for {shown}",
-        title.source.position(title.offsets[0]),
+        title.position(0),
         "This procedure has no END up to the end of the program. END stands in a line of its own.",
     )

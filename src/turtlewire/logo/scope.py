@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from turtlewire.logo import errors
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import OPERATION, Result, UserProcedure
-from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, show_in_error
+from turtlewire.logo.values import VALUE_TYPES, Value, make_list, show_in_error
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -33,15 +33,15 @@ def bind(logo: Interpreter, procedure: UserProcedure, inputs: list[Value], name:
         if index < len(inputs):
             value: Result = inputs[index]
         else:
-            value = logo.run_list(optional.default, OPERATION)
+            value = logo.run_line(optional.default, OPERATION)
             if type(value) not in VALUE_TYPES:
                 raise LogoError(
-                    37, f"Bad default expression for optional input: {show_in_error(optional.default)}"
+                    37, f"Bad default expression for optional input: {show_in_error(optional.default.value)}"
                 )
         index += 1
         set_local(logo, optional.name, value)  # type: ignore[arg-type]
     if procedure.rest:
-        set_local(logo, procedure.rest, LogoList(inputs[index:]))
+        set_local(logo, procedure.rest, make_list(inputs[index:]))
     elif index < len(inputs):
         raise errors.too_many_inputs(name)
 

@@ -15,22 +15,26 @@ from turtlewire.logo.errors import (
     unexpected_parenthesis,
     unknown_procedure,
 )
+from turtlewire.logo.reader import Line
 from turtlewire.logo.tokens import DOTS, NAME, NEGATE, PRECEDENCE, VALUE, Place, Token, placed
-from turtlewire.logo.values import LogoList, Value, parse_number, plain, to_text
+from turtlewire.logo.values import parse_number, plain, to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from turtlewire.logo.procedures import Primitive, UserProcedure
+    from turtlewire.logo.reader import Item
+    from turtlewire.logo.values import Value
 
 
 class Literal:
-    """A number, a quoted word or a list: it is its own value."""
+    """A number, a quoted word or a list: it is its own value; ``line`` is how a list was read, if it was."""
 
-    __slots__ = ("place", "value")
+    __slots__ = ("line", "place", "value")
 
-    def __init__(self, value: Value, place: Place) -> None:
-        self.value = value
+    def __init__(self, item: Item, place: Place) -> None:
+        self.line = item if isinstance(item, Line) else None
+        self.value: Value = item.value if isinstance(item, Line) else item
         self.place = place
 
 
@@ -129,6 +133,7 @@ class Parser:
     Args:
         tokens: what ``tokenize`` made.
         procedures: every procedure, by its name in lower case.
+        remember: told of each list that stands in the program, so that it is known again when it is run as a value.
         is_variable: whether a variable of this name has a value; given only when the first instruction is to run
             right now, so that unknown words in it can be decided on.
     """
@@ -137,11 +142,13 @@ class Parser:
         self,
         tokens: list[Token],
         procedures: Mapping[str, Primitive | UserProcedure],
+        remember: Callable[[Line], None],
         is_variable: Callable[[str], bool] | None = None,
     ) -> None:
         self.tokens = tokens
         self.index = 0
         self.procedures = procedures
+        self._remember = remember
         self.is_variable = is_variable
         self._negation = procedures["minus"]
 
@@ -189,6 +196,8 @@ class Parser:
         token = self._named_token()
         self.index += 1
         if kind == VALUE:
+            if isinstance(token.value, Line):
+                self._remember(token.value)
             return Literal(token.value, token.place)
         if kind == DOTS:
             return Variable(to_text(token.value), token.place)  # type: ignore[arg-type]
@@ -213,7 +222,7 @@ class Parser:
         return procedure.call_node(name, inputs, token.place)
 
     def _next_is_list(self) -> bool:
-        return self._kind() == VALUE and isinstance(self.tokens[self.index].value, LogoList)
+        return self._kind() == VALUE and isinstance(self.tokens[self.index].value, Line | list)
 
     def _procedure(self, name: str) -> Primitive | UserProcedure | None:
         return self.procedures.get(plain(name).lower())

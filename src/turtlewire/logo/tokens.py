@@ -10,10 +10,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.logo.errors import LogoError, unexpected_parenthesis
-from turtlewire.logo.values import LogoList, Value, parse_number, without_backslashes, word
+from turtlewire.logo.values import SpelledNumber, parse_number, without_backslashes, word
 
 if TYPE_CHECKING:
-    from turtlewire.logo.reader import Source
+    from turtlewire.logo.reader import Item, Line, Source
+    from turtlewire.logo.values import Value
 
 Place = tuple["Source", int] | None
 
@@ -25,7 +26,7 @@ class Token(NamedTuple):
     """What the parser reads: ``kind`` is one of the constants below, or an infix operator or parenthesis itself."""
 
     kind: str
-    value: Value
+    value: Item
     place: Place
 
 
@@ -35,7 +36,7 @@ NAME = "name"
 NEGATE = "negate"
 
 
-def tokenize(instructions: LogoList) -> list[Token]:
+def tokenize(instructions: Line) -> list[Token]:
     """Split the words of a list into tokens.
 
     Raises:
@@ -47,6 +48,9 @@ def tokenize(instructions: LogoList) -> list[Token]:
         offset = offsets[index] if offsets else 0
         if isinstance(item, str):
             _split(item, tokens, source, offset)
+        elif isinstance(item, SpelledNumber):  # an instruction wants the number, not how it is spelled
+            place = (source, offset) if source is not None else None
+            tokens.append(_name_or_number(item.text, place))
         else:
             tokens.append(Token(VALUE, item, (source, offset) if source is not None else None))
     _check_parentheses(tokens)

@@ -1,7 +1,12 @@
-"""Logo's values: words, numbers and lists; how they compare and how they print.
+"""Logo's values: words, numbers, lists and arrays; how they compare and how they print.
 
-A word is a ``str``, or, when it spells a number the way Logo prints it, an ``int`` or ``float``; an odd spelling
-(``007``) stays text and becomes a number when arithmetic asks for one. Numbers are finite, always.
+A word that spells a number is one, from the moment it is made: an ``int``, a ``float``, or, when it is not spelled as
+Logo would print it (``007``), a ``SpelledNumber``. Other words are ``str``. Whole numbers are exact; a product or power
+beyond 2**53 is a float, as in UCBLogo. Infinities are let through, as UCBLogo does; robots refuse them.
+
+A list is a chain of cells, as in every Lisp: a cell is a Python list of two, the first member and the rest, and the
+empty list is a Python list of none. So FIRST, BUTFIRST and FPUT take no longer for long lists.
+
 Characters that stood between bars or after a backslash lose their meaning for the tokenizer; the reader says so by
 moving them to code points of plane 16, and ``plain`` moves them back.
 """
@@ -12,7 +17,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterator, Sequence
 
 SPECIAL = " \t\n()[]{}+-*/=<>\"\\:;|~?'"
 BARRED = 0x10FE00  # a special character that stood between bars
@@ -32,36 +37,48 @@ TRUE = "true"
 FALSE = "false"
 
 
-class LogoList:
-    """A list, immutable. One that was read from a program knows where each of its members stood.
+# A cell of a list, [first, rest]; or [], the empty list.
+List = list[Any]
+NIL: List = []  # the empty list; others are as empty
 
-    Attributes:
-        items: the members.
-        source: the program text that it stood in, or ``None``.
-        offsets: for each member, its offset in the source.
-        code: what the evaluator made of it when it ran it, or ``None``.
-    """
 
-    __slots__ = ("code", "items", "offsets", "source")
+class SpelledNumber(float):
+    """A number that is not spelled as Logo would print it, such as ``007`` or ``1e3``."""
 
-    def __init__(
-        self, items: Iterable[Value] = (), source: Any = None, offsets: tuple[int, ...] = ()
-    ) -> None:
-        self.items: tuple[Value, ...] = tuple(items)
-        self.source = source
-        self.offsets = offsets
-        self.code: Any = None
+    __slots__ = ("text",)
+    text: str
 
-    def __len__(self) -> int:
-        return len(self.items)
 
-    def __repr__(self) -> str:
-        return f"LogoList({show(self)})"
+class Array:
+    """An array: members that can be set, and the index of the first of them."""
+
+    __slots__ = ("items", "origin")
+
+    def __init__(self, items: list[Value], origin: int = 1) -> None:
+        self.items = items
+        self.origin = origin
 
 
 Number = int | float
-Value = str | int | float | LogoList
-VALUE_TYPES = frozenset((str, int, float, LogoList))
+Value = str | int | float | List | Array
+VALUE_TYPES = frozenset((str, int, float, SpelledNumber, list, Array))
+
+
+def make_list(members: Sequence[Value], rest: List = NIL) -> List:
+    """A list of these members, and then those of another list."""
+    made = rest
+    for member in reversed(members):
+        made = [member, made]
+    return made
+
+
+def members_of(cells: List) -> list[Value]:
+    """The members of a list, in a Python list of their own."""
+    found: list[Value] = []
+    while cells:
+        member, cells = cells
+        found.append(member)
+    return found
 
 
 def barred(text: str) -> str:
@@ -91,61 +108,68 @@ def parse_number(text: str) -> Number | None:
         return None
     if body.isdigit():
         # int() refuses thousands of digits, and so large a number is a float in any case.
-        return narrowed(int(text) if len(body) < 20 else float(text))
+        number = narrowed(int(text) if len(body) < 20 else float(text))
+        return number if math.isfinite(number) else None
     if body[0] not in "0123456789." or body.strip("0123456789.eE+-") or body == ".":
         return None
     try:
-        return narrowed(float(text))
+        number = float(text)
     except ValueError:
         return None
+    return number if math.isfinite(number) else None
 
 
-def narrowed(number: Number) -> Number | None:
-    """The number as Logo keeps it: a large integer as a float; ``None`` when it is not finite."""
-    if type(number) is int:
-        if -EXACT <= number <= EXACT:
-            return number
+def narrowed(number: Number) -> Number:
+    """A product or power as Logo keeps it: beyond 2**53, where not every whole number is a float, as a float."""
+    if type(number) is int and not -EXACT <= number <= EXACT:
         try:
             return float(number)
         except OverflowError:
-            return None
-    return number if math.isfinite(number) else None
+            return math.inf if number > 0 else -math.inf
+    return number
 
 
 def format_number(number: Number) -> str:
     """A number as UCBLogo prints it: at most 15 significant digits."""
     if type(number) is int and -_PRINTED_WHOLE < number < _PRINTED_WHOLE:
         return str(number)
-    return f"{number:.15g}"
+    return f"{narrowed(number):.15g}"
 
 
 def word(text: str) -> Value:
-    """The word with this text: a number when it spells one as Logo would print it."""
-    if text and text[-1] in "0123456789":
+    """The word with this text: a number when it spells one."""
+    if text and text[0] in "0123456789.-":
         number = parse_number(text)
-        if number is not None and format_number(number) == text:
-            return number
+        if number is not None:
+            if format_number(number) == text:
+                return number
+            spelled_number = SpelledNumber(number)
+            spelled_number.text = text
+            return spelled_number
     return text
 
 
 def to_text(value: str | int | float) -> str:
     """The text of a word, marks included."""
-    return value if type(value) is str else format_number(value)  # type: ignore[arg-type]
+    if type(value) is str:
+        return value
+    if type(value) is SpelledNumber:
+        return value.text
+    return format_number(value)  # type: ignore[arg-type]
 
 
 def to_number(value: Value) -> Number | None:
-    """The number that a value is or spells, or ``None``."""
-    kind = type(value)
-    if kind is int or kind is float:
-        return value  # type: ignore[return-value]
-    return parse_number(value) if isinstance(value, str) else None
+    """The number that a value is, or ``None``."""
+    if isinstance(value, int | float):
+        return value
+    return None
 
 
 def to_words(value: Value) -> str:
-    """A value as PRINT prints it: the outermost brackets left out."""
-    if isinstance(value, LogoList):
+    """A value as PRINT prints it: the outermost brackets of a list left out."""
+    if isinstance(value, list):
         return show(value)[1:-1]
-    return plain(to_text(value))
+    return show(value)
 
 
 def spelled(text: str) -> str:
@@ -155,27 +179,50 @@ def spelled(text: str) -> str:
 
 
 def show(value: Value, spell: Callable[[str], str] = plain) -> str:
-    """A value as SHOW prints it: brackets around lists."""
-    if not isinstance(value, LogoList):
+    """A value as SHOW prints it: brackets around lists, braces around arrays."""
+    if isinstance(value, str | int | float):
         return spell(to_text(value))
     # Iterative: lists may be nested deeper than any stack.
-    pieces = ["["]
-    open_lists = [iter(value.items)]
+    pieces: list[str] = []
+    closers: list[str] = []
+    pending: list[Iterator[Value]] = []
+    within: set[int] = set()  # the arrays that are open: one may be its own member
+    opened: list[Value] = []
+
+    def open_one(each: List | Array) -> None:
+        opened.append(each)
+        if isinstance(each, Array):
+            within.add(id(each))
+            pieces.append("{")
+            closers.append("}" if each.origin == 1 else f"}}@{each.origin}")
+            pending.append(iter(each.items))
+        else:
+            pieces.append("[")
+            closers.append("]")
+            pending.append(iter(members_of(each)))
+
+    open_one(value)
     is_first = True
-    while open_lists:
-        for item in open_lists[-1]:
+    while pending:
+        for item in pending[-1]:
             if not is_first:
                 pieces.append(" ")
-            is_first = isinstance(item, LogoList)
-            if isinstance(item, LogoList):
-                pieces.append("[")
-                open_lists.append(iter(item.items))
-                break
-            pieces.append(spell(to_text(item)))
+            if isinstance(item, str | int | float):
+                is_first = False
+                pieces.append(spell(to_text(item)))
+                continue
+            if id(item) in within:
+                is_first = False
+                pieces.append("{...}")
+                continue
+            is_first = True
+            open_one(item)
+            break
         else:
-            open_lists.pop()
+            pending.pop()
+            within.discard(id(opened.pop()))
             is_first = False
-            pieces.append("]")
+            pieces.append(closers.pop())
     return "".join(pieces)
 
 
@@ -185,27 +232,37 @@ def show_in_error(value: Value) -> str:
 
 
 def equal(a: Value, b: Value, *, ignore_case: bool = True) -> bool:
-    """Whether two values are EQUALP: numbers by value, words without regard to case, lists by their members."""
+    """Whether two values are EQUALP: numbers by value, words without regard to case, lists by their members.
+
+    Arrays are equal only to themselves.
+    """
     pending = [(a, b)]
     while pending:
         a, b = pending.pop()
-        if a is b:
-            continue
-        if isinstance(a, LogoList) or isinstance(b, LogoList):
-            if not (isinstance(a, LogoList) and isinstance(b, LogoList)) or len(a.items) != len(b.items):
+        while a is not b:
+            if isinstance(a, list) and isinstance(b, list):
+                if not (a and b):
+                    if a or b:
+                        return False
+                    break
+                (x, a), (y, b) = a, b
+                if isinstance(x, list) and isinstance(y, list):
+                    pending.append((x, y))
+                elif not _equal_words(x, y, ignore_case=ignore_case):
+                    return False
+            elif _equal_words(a, b, ignore_case=ignore_case):
+                break
+            else:
                 return False
-            pending.extend(zip(a.items, b.items, strict=True))
-        elif not _equal_words(a, b, ignore_case=ignore_case):
-            return False
     return True
 
 
-def _equal_words(a: str | int | float, b: str | int | float, *, ignore_case: bool) -> bool:
-    if not (isinstance(a, str) and isinstance(b, str)):
-        x, y = to_number(a), to_number(b)
-        return x is not None and x == y
-    a, b = plain(a), plain(b)
-    if a == b or (ignore_case and a.lower() == b.lower()):
-        return True
-    x = parse_number(a)
-    return x is not None and x == parse_number(b)
+def _equal_words(a: Value, b: Value, *, ignore_case: bool) -> bool:
+    if isinstance(a, str) and isinstance(b, str):
+        a, b = plain(a), plain(b)
+        return a == b or (ignore_case and a.lower() == b.lower())
+    if isinstance(a, int | float) and isinstance(b, int | float | str):
+        return a == (parse_number(plain(b)) if isinstance(b, str) else b)
+    if isinstance(a, str) and isinstance(b, int | float):
+        return b == parse_number(plain(a))
+    return a is b

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, does_not_like, not_enough_inputs
 from turtlewire.logo.procedures import OptionalInput, Primitive, UserProcedure
-from turtlewire.logo.values import LogoList, Value, parse_number, plain, show
+from turtlewire.logo.reader import Line, value_of
+from turtlewire.logo.values import plain, show
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
-    from turtlewire.logo.reader import Definition
+    from turtlewire.logo.reader import Definition, Item
 
 
 _NAME = "a name, without any sign before it or behind it"
@@ -29,16 +30,16 @@ def define_from_title(logo: Interpreter, definition: Definition) -> None:
             raise not_enough_inputs("to")
         define(logo, title.items[1], title.items[2:], definition.body, title, str(title.items[0]))
     except LogoError as error:
-        error.position = title.source.position(title.offsets[min(1, len(title.offsets) - 1)])
+        error.position = title.position(1)
         raise
 
 
 def define(
     logo: Interpreter,
-    name: Value,
-    inputs: tuple[Value, ...],
-    body: tuple[LogoList, ...],
-    title: LogoList | None = None,
+    name: Item,
+    inputs: tuple[Item, ...],
+    body: tuple[Line, ...],
+    title: Line | None = None,
     command: str = "to",
 ) -> None:
     """Define a procedure, or define it anew.
@@ -47,12 +48,8 @@ def define(
         LogoError: see ``define_from_title``; errors name ``command``.
     """
     is_to = command.lower() == "to"
-    if (
-        not isinstance(name, str)
-        or parse_number(name) is not None
-        or ((is_to and name[:1] in ':"') or "(" in name)
-    ):
-        raise does_not_like(command, show(name), number=4 if is_to else 7, wanted=_NAME)
+    if not isinstance(name, str) or ((is_to and name[:1] in ':"') or "(" in name):
+        raise does_not_like(command, show(value_of(name)), number=4 if is_to else 7, wanted=_NAME)
     key = plain(name).lower()
     procedure = logo.procedures.get(key)
     if isinstance(procedure, Primitive):
@@ -76,27 +73,23 @@ def define(
     logo.epoch += 1
 
 
-def _add_input(procedure: UserProcedure, each: Value, command: str) -> None:
+def _add_input(procedure: UserProcedure, each: Item, command: str) -> None:
     """Add one member of a title line: ``:required``, then ``[:optional default]``, ``[:rest]``, a number of inputs."""
     if isinstance(each, int) and procedure.default_inputs < 0:
         most = float("inf") if procedure.rest else len(procedure.inputs) + len(procedure.optional)
         if not len(procedure.inputs) <= each <= most:
-            raise does_not_like(command, show(each), number=4, wanted=_INPUTS)
+            raise does_not_like(command, show(value_of(each)), number=4, wanted=_INPUTS)
         procedure.default_inputs = each  # how many inputs are taken without parentheses
     elif isinstance(each, str) and not ("(" in each or procedure.optional or procedure.rest):
         procedure.inputs.append(_input_name(each))
-    elif isinstance(each, LogoList) and each.items and not procedure.rest and isinstance(each.items[0], str):
+    elif isinstance(each, Line) and each.items and not procedure.rest and isinstance(each.items[0], str):
         name = _input_name(each.items[0])
         if len(each.items) == 1:
             procedure.rest = name
         else:
-            procedure.optional.append(OptionalInput(name, _tail(each)))
+            procedure.optional.append(OptionalInput(name, each.rest()))
     else:
-        raise does_not_like(command, show(each), number=4, wanted=_INPUTS)
-
-
-def _tail(items: LogoList) -> LogoList:
-    return LogoList(items.items[1:], items.source, items.offsets[1:])
+        raise does_not_like(command, show(value_of(each)), number=4, wanted=_INPUTS)
 
 
 def _input_name(text: str) -> str:

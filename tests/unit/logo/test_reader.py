@@ -3,12 +3,12 @@ from __future__ import annotations
 import pytest
 
 from turtlewire.logo.errors import LogoError
-from turtlewire.logo.reader import Definition, read, read_list
-from turtlewire.logo.values import LogoList, show
+from turtlewire.logo.reader import Definition, Line, read, read_list
+from turtlewire.logo.values import show
 
 
 def lines(text: str) -> list[str]:
-    return [show(line) for line in read(text) if isinstance(line, LogoList)]
+    return [show(line.value) for line in read(text) if isinstance(line, Line)]
 
 
 def error(text: str) -> LogoError:
@@ -49,18 +49,19 @@ def test_lines(text: str, expected: list[str]) -> None:
 
 def test_places_count_in_the_file() -> None:
     (line,) = read("\n  fd [a\n b]", "p.logo")
-    assert isinstance(line, LogoList)
+    assert isinstance(line, Line)
     inner = line.items[1]
-    assert isinstance(inner, LogoList)
-    place = inner.source.position(inner.offsets[1])
+    assert isinstance(inner, Line)
+    place = inner.position(1)
+    assert place is not None
     assert (place.file, place.line, place.column, place.text) == ("p.logo", 3, 2, " b]")
 
 
 def test_definitions() -> None:
     (definition,) = read("To sq :n\n\nfd (:n +\n1)\nEND\n")
     assert isinstance(definition, Definition)
-    assert show(definition.title) == "[To sq :n]"
-    assert [show(line) for line in definition.body] == ["[fd (:n + 1)]"]
+    assert show(definition.title.value) == "[To sq :n]"
+    assert [show(line.value) for line in definition.body] == ["[fd (:n + 1)]"]
 
 
 @pytest.mark.parametrize(

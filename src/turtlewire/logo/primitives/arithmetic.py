@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.primitives.inputs import answer, integer, natural, number
 from turtlewire.logo.procedures import BadInputError, Chapter
-from turtlewire.logo.values import LogoList, Number, Value, narrowed
+from turtlewire.logo.values import EXACT, Number, Value, make_list, narrowed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,11 +23,36 @@ _RESULT = "a number for which there is a result, and not too large a one"
 
 
 def _finite(result: Number, blamed: Value) -> Number:
-    """A result that Logo can keep; an infinite one, or none at all, is the fault of the blamed input."""
+    """A result that is a number; an infinite one, or none at all, is the fault of the blamed input."""
     kept = narrowed(result)
-    if kept is None:
+    if not math.isfinite(kept):
         raise BadInputError(blamed, wanted=_RESULT)
     return kept
+
+
+def add(a: Number, b: Number) -> Number:
+    """A sum: exact for whole numbers, infinite when it is too large for a float."""
+    try:
+        return a + b
+    except OverflowError:
+        return narrowed(a) + narrowed(b)
+
+
+def multiply(a: Number, b: Number) -> Number:
+    """A product: exact for whole numbers up to 2**53."""
+    try:
+        return narrowed(a * b)
+    except OverflowError:
+        return narrowed(a) * narrowed(b)
+
+
+def divide(a: Number, b: Number) -> Number:
+    """A quotient; the divisor is not 0."""
+    try:
+        result = a / b
+    except OverflowError:
+        result = narrowed(a) / narrowed(b)
+    return int(result) if result.is_integer() and -EXACT <= result <= EXACT else result
 
 
 def _whole_if_exact(result: float) -> Number:
@@ -38,18 +63,18 @@ def _whole_if_exact(result: float) -> Number:
 def _sum(_logo: Interpreter, inputs: list[Value]) -> Number:
     total: Number = 0
     for each in inputs:
-        total = _finite(total + number(each), each)
+        total = add(total, number(each))
     return total
 
 
 @primitive("+", 2)
 def _plus(_logo: Interpreter, a: Value, b: Value) -> Number:
-    return _finite(number(a) + number(b), b)
+    return add(number(a), number(b))
 
 
 @primitive("difference -", 2)
 def _difference(_logo: Interpreter, a: Value, b: Value) -> Number:
-    return _finite(number(a) - number(b), b)
+    return add(number(a), -number(b))
 
 
 @primitive("minus", 1)
@@ -61,13 +86,13 @@ def _minus(_logo: Interpreter, a: Value) -> Number:
 def _product(_logo: Interpreter, inputs: list[Value]) -> Number:
     result: Number = 1
     for each in inputs:
-        result = _finite(result * number(each), each)
+        result = multiply(result, number(each))
     return result
 
 
 @primitive("*", 2)
 def _times(_logo: Interpreter, a: Value, b: Value) -> Number:
-    return _finite(number(a) * number(b), b)
+    return multiply(number(a), number(b))
 
 
 @primitive("quotient /", 2, minimum=1)
@@ -77,9 +102,7 @@ def _quotient(_logo: Interpreter, a: Value, b: Value | None = None) -> Number:
     dividend, divisor = number(a), number(b)
     if divisor == 0:
         raise BadInputError(b, 4, _DIVISOR)
-    if isinstance(dividend, int) and isinstance(divisor, int) and dividend % divisor == 0:
-        return dividend // divisor
-    return _finite(dividend / divisor, b)
+    return divide(dividend, divisor)
 
 
 @primitive("remainder", 2)
@@ -232,13 +255,13 @@ def _sequence(start: Number, end: Number, count: int) -> list[Value]:
 def _iseq(_logo: Interpreter, a: Value, b: Value) -> Value:
     start, end = integer(a), integer(b)
     step = 1 if end >= start else -1
-    return LogoList(range(start, end + step, step))
+    return make_list(range(start, end + step, step))
 
 
 @primitive("rseq", 3)
 def _rseq(_logo: Interpreter, a: Value, b: Value, c: Value) -> Value:
     count = natural(c)
-    return LogoList(_sequence(number(a), number(b), count))
+    return make_list(_sequence(number(a), number(b), count))
 
 
 # --- predicates -----------------------------------------------------------------------------------------------

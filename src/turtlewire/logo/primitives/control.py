@@ -22,7 +22,7 @@ from turtlewire.logo.procedures import (
     ThrowError,
 )
 from turtlewire.logo.syntax import Call, Invocation
-from turtlewire.logo.values import VALUE_TYPES, LogoList, Number, Value, narrowed, to_words
+from turtlewire.logo.values import NIL, VALUE_TYPES, Number, Value, make_list, members_of, narrowed, to_words
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -79,9 +79,9 @@ def _run(_logo: Interpreter, instructions: Value) -> Result:
 def _runresult(logo: Interpreter, instructions: Value) -> Result:
     result = logo.run_list(instructions, OPERATION)
     if result is None:
-        return LogoList()
+        return NIL
     if type(result) in VALUE_TYPES:
-        return LogoList((result,))  # type: ignore[arg-type]
+        return make_list((result,))  # type: ignore[arg-type]
     raise LogoError(38, "Can't use OUTPUT or STOP inside RUNRESULT")
 
 
@@ -167,7 +167,7 @@ def _loop_number(logo: Interpreter, value: Value) -> Number:
 
 @primitive("for", 2)
 def _for(logo: Interpreter, control: Value, instructions: Value) -> Result:
-    members = control.items if isinstance(control, LogoList) else ()
+    members = members_of(control) if isinstance(control, list) else []
     if not 3 <= len(members) <= 4:
         raise BadInputError(
             control, wanted="a list of a name, a start, an end and perhaps a step: [i 1 10 2]"
@@ -284,7 +284,7 @@ def _throw(_logo: Interpreter, tag: Value, value: Value | None = None) -> None:
 def _error(logo: Interpreter) -> Value:
     error, logo.last_error = logo.last_error, None
     if error is None:
-        return LogoList()
+        return NIL
     if error.procedure is None or error.position is None:
-        return LogoList((error.number, error.text, LogoList(), LogoList()))
-    return LogoList((error.number, error.text, error.procedure, LogoList((error.position.text.strip(),))))
+        return make_list((error.number, error.text, NIL, NIL))
+    return make_list((error.number, error.text, error.procedure, make_list((error.position.text.strip(),))))

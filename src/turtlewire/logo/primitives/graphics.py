@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.primitives.inputs import answer, number, point
+from turtlewire.logo.primitives.inputs import answer, finite, point
 from turtlewire.logo.procedures import BadInputError, Chapter
-from turtlewire.logo.values import LogoList, Number, Value
+from turtlewire.logo.values import Number, Value, make_list, narrowed
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -19,10 +19,10 @@ _EXACT = 1e15
 
 
 def _millimetres(logo: Interpreter, steps: Value) -> float:
-    distance = number(steps) * logo.step_mm
+    distance = narrowed(finite(steps)) * logo.step_mm
     if math.isinf(distance):
         raise BadInputError(steps)
-    return float(distance)
+    return distance
 
 
 def _whole_if_exact(value: float) -> Number:
@@ -35,14 +35,14 @@ def _coordinate(logo: Interpreter, millimetres: float) -> Number:
 
 
 def _degrees(angle: Value) -> float:
-    return float(number(angle))
+    return float(narrowed(finite(angle)))
 
 
 def _place(logo: Interpreter, a: Value, b: Value | None) -> tuple[float, float]:
     """A point, in millimetres: from a list of two numbers, or from two numbers."""
     if b is None:
         x, y = point(a)
-        if math.isinf(x * logo.step_mm) or math.isinf(y * logo.step_mm):
+        if not (math.isfinite(x * logo.step_mm) and math.isfinite(y * logo.step_mm)):
             raise BadInputError(a)
         return x * logo.step_mm, y * logo.step_mm
     return _millimetres(logo, a), _millimetres(logo, b)
@@ -106,7 +106,7 @@ def _arc(logo: Interpreter, angle: Value, radius: Value) -> None:
 @primitive("pos", 0)
 def _pos(logo: Interpreter) -> Value:
     pose = logo.turtle.pose
-    return LogoList((_coordinate(logo, pose.x_mm), _coordinate(logo, pose.y_mm)))
+    return make_list((_coordinate(logo, pose.x_mm), _coordinate(logo, pose.y_mm)))
 
 
 @primitive("xcor", 0)

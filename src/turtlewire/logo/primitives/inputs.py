@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.procedures import BadInputError
-from turtlewire.logo.values import FALSE, TRUE, LogoList, Number, Value, plain, to_number, to_text
+from turtlewire.logo.values import FALSE, TRUE, Number, Value, members_of, plain, to_number, to_text
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -16,19 +17,23 @@ _TRUTH = "true or false, as a comparison outputs it"
 
 def number(value: Value) -> Number:
     """A number."""
-    kind = type(value)
-    if kind is int or kind is float:
-        return value  # type: ignore[return-value]
-    found = to_number(value)
-    if found is None:
-        raise BadInputError(value, wanted="a number")
+    if isinstance(value, int | float):
+        return value
+    raise BadInputError(value, wanted="a number")
+
+
+def finite(value: Value) -> Number:
+    """A number that a robot can be given: not infinite, nor undefined."""
+    found = number(value)
+    if not math.isfinite(found):
+        raise BadInputError(value, wanted="a finite number")
     return found
 
 
 def integer(value: Value) -> int:
     """A whole number, however it is spelled."""
     found = number(value)
-    if found != int(found):
+    if not math.isfinite(found) or found != int(found):
         raise BadInputError(value, wanted="a whole number")
     return int(found)
 
@@ -43,9 +48,9 @@ def natural(value: Value) -> int:
 
 def text(value: Value) -> str:
     """The text of a word, marks included."""
-    if isinstance(value, LogoList):
-        raise BadInputError(value, wanted="a word, and no list")
-    return to_text(value)
+    if isinstance(value, str | int | float):
+        return to_text(value)
+    raise BadInputError(value, wanted="a word, and no list")
 
 
 def key(value: Value) -> str:
@@ -53,17 +58,17 @@ def key(value: Value) -> str:
     return plain(text(value)).lower()
 
 
-def items(value: Value) -> tuple[Value, ...]:
+def items(value: Value) -> list[Value]:
     """The members of a list."""
-    if not isinstance(value, LogoList):
+    if not isinstance(value, list):
         raise BadInputError(value, wanted="a list in brackets")
-    return value.items
+    return members_of(value)
 
 
 def truth(logo: Interpreter, value: Value) -> bool:
     """``true`` or ``false``; a list is run to get one."""
     found = value
-    if isinstance(value, LogoList):
+    if isinstance(value, list):
         result = logo.value_of(value)
         if result is None:
             raise BadInputError("nothing", wanted=_TRUTH)
@@ -78,7 +83,7 @@ def truth(logo: Interpreter, value: Value) -> bool:
 
 def point(value: Value) -> tuple[float, float]:
     """A list of two numbers."""
-    members = value.items if isinstance(value, LogoList) else ()
+    members = members_of(value) if isinstance(value, list) else []
     numbers = [to_number(member) for member in members]
     if len(numbers) != 2 or numbers[0] is None or numbers[1] is None:
         raise BadInputError(value, wanted="a list of two numbers, as in [30 40]")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.primitives.inputs import integer, number
+from turtlewire.logo.primitives.inputs import finite, integer
 from turtlewire.logo.procedures import BadInputError, Chapter
-from turtlewire.logo.values import LogoList, Value
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.values import Value
 
 chapter = Chapter()
 primitive = chapter.primitive
@@ -53,7 +53,7 @@ def _setspeed(logo: Interpreter, speed: Value) -> None:
 
 @primitive("wait", 1)
 def _wait(logo: Interpreter, sixtieths: Value) -> None:
-    found = number(sixtieths)
+    found = finite(sixtieths)
     if found < 0:
         raise BadInputError(sixtieths, wanted="a number of sixtieths of a second, 0 or more")
     logo.turtle.wait(found / _SIXTIETHS_PER_SECOND)
@@ -61,9 +61,9 @@ def _wait(logo: Interpreter, sixtieths: Value) -> None:
 
 @primitive("onlimit", 1)
 def _onlimit(logo: Interpreter, handler: Value) -> None:
-    if not isinstance(handler, LogoList):
+    if not isinstance(handler, list):
         raise BadInputError(handler, wanted="a list of instructions, or [] for none")
-    logo.set_limit_handler(handler if handler.items else None)
+    logo.set_limit_handler(handler or None)
 
 
 @primitive("limitsensor", 0)

@@ -6,10 +6,20 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import did_not_output, not_enough_inputs, too_many_inputs, unknown_procedure
-from turtlewire.logo.primitives.inputs import items, natural, truth
+from turtlewire.logo.primitives.inputs import items, natural, text, truth
 from turtlewire.logo.procedures import COMMAND, OPERATION, BadInputError, Chapter, Primitive, Result, RunList
 from turtlewire.logo.syntax import Invocation
-from turtlewire.logo.values import VALUE_TYPES, LogoList, Value, plain, show, to_text, word
+from turtlewire.logo.values import (
+    NIL,
+    VALUE_TYPES,
+    List,
+    Value,
+    make_list,
+    members_of,
+    plain,
+    show,
+    word,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,9 +32,9 @@ primitive = chapter.primitive
 
 def apply_template(logo: Interpreter, template: Value, inputs: list[Value], how: int) -> Result:
     """Apply a template to its inputs."""
-    if not isinstance(template, LogoList):
-        return _apply_named(logo, to_text(template), inputs, how)
-    if template.items and isinstance(template.items[0], LogoList):
+    if not isinstance(template, list):
+        return _apply_named(logo, text(template), inputs, how)
+    if template and isinstance(template[0], list):
         return _apply_lambda(logo, template, inputs, how)
     outer, logo.slots = logo.slots, inputs
     try:
@@ -47,15 +57,15 @@ def _apply_named(logo: Interpreter, name: str, inputs: list[Value], how: int) ->
     return logo.invoke(Invocation(procedure, name, [], None), inputs, wants_value=how == OPERATION)
 
 
-def _apply_lambda(logo: Interpreter, template: LogoList, inputs: list[Value], how: int) -> Result:
-    names = items(template.items[0])
+def _apply_lambda(logo: Interpreter, template: List, inputs: list[Value], how: int) -> Result:
+    names = items(template[0])
     if len(names) != len(inputs):
         raise BadInputError(template)
-    keys = [plain(to_text(name)).lower() for name in names if not isinstance(name, LogoList)]
+    keys = [plain(text(name)).lower() for name in names if not isinstance(name, list)]
     before = {key: logo.variables.get(key) for key in keys}
     logo.variables.update(zip(keys, inputs, strict=True))
     try:
-        return logo.run_list(LogoList(template.items[1:], template.source, template.offsets[1:]), how)
+        return logo.run_list(template[1], how)
     finally:
         for key, value in before.items():
             if value is None:
@@ -67,7 +77,7 @@ def _apply_lambda(logo: Interpreter, template: LogoList, inputs: list[Value], ho
 def _value(logo: Interpreter, template: Value, inputs: list[Value], wanted_by: str) -> Value:
     result = apply_template(logo, template, inputs, OPERATION)
     if type(result) not in VALUE_TYPES:
-        raise did_not_output(show(template) if isinstance(template, LogoList) else str(template), wanted_by)
+        raise did_not_output(show(template) if isinstance(template, list) else str(template), wanted_by)
     return result  # type: ignore[return-value]
 
 
@@ -92,7 +102,7 @@ def _rest(logo: Interpreter, index: Value = 1) -> Value:
     if not 1 <= wanted <= len(inputs):
         raise BadInputError(index, 4)
     data = inputs[wanted - 1]
-    return LogoList(data.items[done:]) if isinstance(data, LogoList) else word(to_text(data)[done:])
+    return make_list(members_of(data)[done:]) if isinstance(data, list) else word(text(data)[done:])
 
 
 @contextmanager
@@ -123,10 +133,7 @@ def _invoke(logo: Interpreter, inputs: list[Value]) -> Result:
 
 def _columns(inputs: list[Value]) -> list[list[Value]]:
     """The members of several lists or words, side by side; all must be equally long."""
-    rows = [
-        list(each.items) if isinstance(each, LogoList) else [word(c) for c in to_text(each)]
-        for each in inputs
-    ]
+    rows = [members_of(each) if isinstance(each, list) else [word(c) for c in text(each)] for each in inputs]
     for each, row in zip(inputs, rows, strict=True):
         if len(row) != len(rows[0]):
             raise BadInputError(each)
@@ -134,12 +141,12 @@ def _columns(inputs: list[Value]) -> list[list[Value]]:
 
 
 def _like(model: Value, members: list[Value]) -> Value:
-    if isinstance(model, LogoList):
-        return LogoList(members)
+    if isinstance(model, list):
+        return make_list(members)
     for each in members:
-        if isinstance(each, LogoList):
+        if isinstance(each, list):
             raise BadInputError(each)
-    return word("".join([to_text(each) for each in members if not isinstance(each, LogoList)]))
+    return word("".join([text(each) for each in members if not isinstance(each, list)]))
 
 
 @primitive("map", 2, maximum=-1)
@@ -163,7 +170,7 @@ def _find(logo: Interpreter, template: Value, data: Value) -> Value:
         for column in columns:
             if truth(logo, _value(logo, template, column, "find")):
                 return column[0]
-    return LogoList()
+    return NIL
 
 
 @primitive("reduce", 2)

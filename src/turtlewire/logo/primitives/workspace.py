@@ -8,11 +8,12 @@ from turtlewire.logo.errors import LogoError, no_value, unknown_procedure
 from turtlewire.logo.primitives.inputs import answer, items, key, text
 from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
 from turtlewire.logo.scope import set_local
-from turtlewire.logo.values import LogoList, Value, plain
+from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain
 from turtlewire.logo.workspace import define
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.reader import Line
 
 chapter = Chapter()
 primitive = chapter.primitive
@@ -47,7 +48,7 @@ def _namep(logo: Interpreter, name: Value) -> Value:
 @primitive("local", 1, maximum=-1)
 def _local(logo: Interpreter, inputs: list[Value]) -> None:
     for each in inputs:
-        for name in each.items if isinstance(each, LogoList) else (each,):
+        for name in members_of(each) if isinstance(each, list) else [each]:
             local_key = key(name)
             if logo.procedure is not None:
                 set_local(logo, local_key, None)
@@ -62,7 +63,7 @@ def _localmake(logo: Interpreter, name: Value, value: Value) -> None:
 def _global(_logo: Interpreter, inputs: list[Value]) -> None:
     """A global variable comes into being with its value: there is nothing to do but check the names."""
     for each in inputs:
-        for name in each.items if isinstance(each, LogoList) else (each,):
+        for name in members_of(each) if isinstance(each, list) else [each]:
             key(name)
 
 
@@ -81,24 +82,24 @@ def _to(_logo: Interpreter, _inputs: list[Value]) -> None:
 @primitive("define", 2)
 def _define(logo: Interpreter, name: Value, definition: Value) -> None:
     members = items(definition)
-    if not members or not isinstance(members[0], LogoList):
+    if not members or not isinstance(members[0], list):
         raise BadInputError(definition)
-    body: list[LogoList] = []
+    body: list[Line] = []
     for line in members[1:]:
-        if not isinstance(line, LogoList):
+        if not isinstance(line, list):
             raise BadInputError(definition)
-        body.append(line)
-    define(logo, name, members[0].items, tuple(body), command="define")
+        body.append(logo.line(line))
+    define(logo, name, logo.line(members[0]).items, tuple(body), command="define")
 
 
 @primitive("text", 1)
 def _text(logo: Interpreter, name: Value) -> Value:
     procedure = _users(logo, name)
     inputs: list[Value] = [*procedure.inputs]
-    inputs += [LogoList((each.name, *each.default.items)) for each in procedure.optional]
+    inputs += [[each.name, each.default.value] for each in procedure.optional]
     if procedure.rest:
-        inputs.append(LogoList((procedure.rest,)))
-    return LogoList((LogoList(inputs), *procedure.body))
+        inputs.append(make_list((procedure.rest,)))
+    return [make_list(inputs), make_list([line.value for line in procedure.body])]
 
 
 def _users(logo: Interpreter, name: Value) -> UserProcedure:
@@ -130,12 +131,12 @@ def _arity(logo: Interpreter, name: Value) -> Value:
     procedure = logo.procedures.get(key(name))
     if procedure is None:
         raise unknown_procedure(text(name), list(logo.procedures), number=24)
-    return LogoList((procedure.minimum_inputs, procedure.default_inputs, procedure.maximum_inputs))
+    return make_list((procedure.minimum_inputs, procedure.default_inputs, procedure.maximum_inputs))
 
 
 @primitive("erase er", 1)
 def _erase(logo: Interpreter, names: Value) -> None:
-    for name in names.items if isinstance(names, LogoList) else (names,):
+    for name in members_of(names) if isinstance(names, list) else [names]:
         _users(logo, name).is_erased = True
         del logo.procedures[key(name)]
     logo.epoch += 1
@@ -143,7 +144,7 @@ def _erase(logo: Interpreter, names: Value) -> None:
 
 @primitive("ern", 1)
 def _ern(logo: Interpreter, names: Value) -> None:
-    for name in names.items if isinstance(names, LogoList) else (names,):
+    for name in members_of(names) if isinstance(names, list) else [names]:
         logo.variables.pop(key(name), None)
 
 
@@ -158,7 +159,7 @@ def _pprop(logo: Interpreter, owner: Value, name: Value, value: Value) -> None:
 @primitive("gprop", 2)
 def _gprop(logo: Interpreter, owner: Value, name: Value) -> Value:
     value = logo.property_lists.get(key(owner), {}).get(key(name))
-    return LogoList() if value is None else value
+    return NIL if value is None else value
 
 
 @primitive("remprop", 2)
@@ -171,38 +172,34 @@ def _plist(logo: Interpreter, owner: Value) -> Value:
     members: list[Value] = []
     for name, value in logo.property_lists.get(key(owner), {}).items():
         members += (name, value)
-    return LogoList(members)
+    return make_list(members)
 
 
 # --- stacks and queues kept in variables ----------------------------------------------------------------------
 
 
-def _stored_list(logo: Interpreter, name: Value) -> tuple[Value, ...]:
+def _stored_list(logo: Interpreter, name: Value) -> List:
     value = _thing(logo, name)
-    if not isinstance(value, LogoList):
+    if not isinstance(value, list):
         raise BadInputError(value)
-    return value.items
-
-
-def _stored_members(logo: Interpreter, name: Value) -> tuple[Value, ...]:
-    members = _stored_list(logo, name)
-    if not members:
-        raise BadInputError(name)
-    return members
+    return value
 
 
 @primitive("push", 2)
 def _push(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = LogoList((value, *_stored_list(logo, name)))
+    logo.variables[key(name)] = [value, _stored_list(logo, name)]
 
 
 @primitive("pop dequeue", 1)
 def _pop(logo: Interpreter, name: Value) -> Value:
-    members = _stored_members(logo, name)
-    logo.variables[key(name)] = LogoList(members[1:])
-    return members[0]
+    cells = _stored_list(logo, name)
+    if not cells:
+        raise BadInputError(name)
+    first: Value = cells[0]
+    logo.variables[key(name)] = cells[1]
+    return first
 
 
 @primitive("queue", 2)
 def _queue(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = LogoList((*_stored_list(logo, name), value))
+    logo.variables[key(name)] = make_list(members_of(_stored_list(logo, name)), [value, NIL])
