@@ -21,6 +21,8 @@ PINS = [
     *(("B", bit) for bit in range(6)),
     *(("C", bit) for bit in range(6)),
 ]
+# By the port's letter and the bit, as the board reports them.
+_NUMBERS = {ord(port) << 8 | bit: number for number, (port, bit) in enumerate(PINS)}
 ROOM = 4096
 
 
@@ -178,13 +180,8 @@ class Board:
         found = self._new(self._library.board_edges, self._edges_seen)
         self._edges_seen += len(found)
         for cycle, what in found:
-            number = (
-                PINS.index((chr(what >> 16), what >> 8 & 0xFF))
-                if (chr(what >> 16), what >> 8 & 0xFF) in PINS
-                else -1
-            )
-            if number >= 0:
-                self._edges[number].append(Edge(cycle / FREQUENCY_HZ, what & 0xFF))
+            if (pin_edges := self._edges.get(_NUMBERS.get(what >> 8, -1))) is not None:
+                pin_edges.append(Edge(cycle / FREQUENCY_HZ, what & 0xFF))
         return self._edges[pin]
 
     def level(self, pin: int) -> int:

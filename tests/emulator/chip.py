@@ -67,5 +67,9 @@ class Chip(Board):
                 data = bytes(sent.byte for sent in self._sent[:there])
                 del self._sent[:there]
                 return data
-            due = [until, *([self._next_s] if self._waiting else []), *(sent.time_s for sent in self._sent[:1])]
+            due = [
+                until,
+                *([self._next_s] if self._waiting else []),
+                *(sent.time_s for sent in self._sent[:1]),
+            ]
             self.run_until_sent(min(due) - self.now)

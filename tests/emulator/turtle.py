@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+import math
+from bisect import bisect_left
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.simulator.chassis import Wheels, drive
 from turtlewire.trace import Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from turtlewire.turtle import Pose
 
     from .board import Board
@@ -32,7 +32,7 @@ class Step(NamedTuple):
 class Run(NamedTuple):
     """So many steps one after another, both motors' ways the same, and the pen."""
 
-    count: int
+    steps: int
     left: int
     right: int
     pen_down: bool
@@ -40,25 +40,22 @@ class Run(NamedTuple):
 
 def steps(board: Board) -> list[Step]:
     """All steps since power-on."""
-    ways = [
-        [(edge.time_s, 1 if edge.level else -1) for edge in board.edges(p)] for p in (LEFT_AHEAD, RIGHT_AHEAD)
-    ]
     left, right = ([e.time_s for e in board.edges(pin) if e.level] for pin in (LEFT_STEP, RIGHT_STEP))
     assert len(left) == len(right)
-    return [Step(time_s, *now) for time_s, now in _at(left, ways, -1)]
+    ways = [
+        _at(left, [(edge.time_s, 2 * edge.level - 1) for edge in board.edges(pin)], -1)
+        for pin in (LEFT_AHEAD, RIGHT_AHEAD)
+    ]
+    return [Step(*step) for step in zip(left, *ways, strict=True)]
 
 
-def _at(
-    times: list[float], changes: list[list[tuple[float, int]]], first: int
-) -> Iterator[tuple[float, list[int]]]:
-    """What holds at each of these times, of things that change at times of their own."""
-    now, seen = [first] * len(changes), [0] * len(changes)
-    for time_s in times:
-        for each, some in enumerate(changes):
-            while seen[each] < len(some) and some[seen[each]][0] <= time_s:
-                now[each] = some[seen[each]][1]
-                seen[each] += 1
-        yield time_s, list(now)
+def _at(times: list[float], changes: list[tuple[float, int]], first: int) -> list[int]:
+    """What holds at each of these times, of something that changes at times of its own."""
+    found: list[int] = []
+    for until_s, after in [*changes, (math.inf, first)]:
+        found += [first] * (bisect_left(times, until_s) - len(found))
+        first = after
+    return found
 
 
 def pen(board: Board) -> list[tuple[float, int]]:
@@ -73,24 +70,17 @@ def pen(board: Board) -> list[tuple[float, int]]:
 def runs(board: Board) -> list[Run]:
     """All steps since power-on, those of a kind together."""
     made = steps(board)
-    found: list[Run] = []
-    for step, (_, (down,)) in zip(made, _at([step.time_s for step in made], [pen(board)], 0), strict=True):
-        kind = (step.left, step.right, bool(down))
-        if found and found[-1][1:] == kind:
-            found[-1] = Run(found[-1].count + 1, *kind)
-        else:
-            found.append(Run(1, *kind))
-    return found
+    downs = _at([step.time_s for step in made], pen(board), 0)
+    kinds = groupby((step.left, step.right, down) for step, down in zip(made, downs, strict=True))
+    return [Run(sum(1 for _ in some), left, right, bool(down)) for (left, right, down), some in kinds]
 
 
 def drawing(board: Board) -> Trace:
     """What the pen has drawn, and where the wheels have brought the robot."""
     trace = Trace()
     for run in runs(board):
-        mm = run.count / STEPS_PER_MM
-        trace.move(
-            drive(trace.pose, Wheels(mm * run.left, mm * run.right), TRACK_MM), pen_down=run.pen_down
-        )
+        mm = run.steps / STEPS_PER_MM
+        trace.move(drive(trace.pose, Wheels(mm * run.left, mm * run.right), TRACK_MM), pen_down=run.pen_down)
     return trace
 
 

@@ -30,7 +30,9 @@ LISTEN_FORMS = "pty, or socket://host:port (port 0: any that is free)"
 class ServedRobot(Protocol):
     """What a robot must be like to be served; every simulated robot is."""
 
-    now: float
+    @property
+    def now(self) -> float:
+        """Seconds of its time."""
 
     @property
     def bytes_on_line(self) -> int:
