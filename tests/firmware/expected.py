@@ -74,7 +74,7 @@ class Expected:
         """Run the commands. Raises ``AssertionError`` for the first that the core takes otherwise."""
         self.compare(core.do(self.commands))
 
-    def compare(self, outcomes: list[Outcome]) -> None:
+    def compare(self, outcomes: Iterable[Outcome]) -> None:
         """Raises ``AssertionError`` for the first that is another."""
         for command, found, expected in zip(self.commands, outcomes, self.outcomes, strict=True):
             events = [event for event in without_stale(found.events) if event != "heard"]
