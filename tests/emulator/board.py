@@ -106,6 +106,7 @@ class Board:
         elf = None if program is None else os.fsencode(program)
         self._board = self._library.board_new(elf, CHIP.encode(), FREQUENCY_HZ)
         assert self._board, f"{program} is no program for the {CHIP}"
+        self._items = (_Stamped * ROOM)()
         self._sent_seen = 0
         self._edges_seen = 0
         self._edges: dict[int, list[Edge]] = {pin: [] for pin in range(len(PINS))}
@@ -236,7 +237,7 @@ class Board:
         return int(self._library.board_untouched(self._board))
 
     def _new(self, function: Any, seen: int) -> Sequence[tuple[int, int]]:
-        items = (_Stamped * ROOM)()
+        items = self._items
         found: list[tuple[int, int]] = []
         while True:
             count = function(self._board, seen + len(found), items, ROOM)

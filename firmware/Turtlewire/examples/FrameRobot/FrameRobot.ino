@@ -8,6 +8,7 @@
 //    6   driver, channel B, PWM: engine 1, right     8   its direction: HIGH forward
 //    9   servo 0, signal (a pen, say)               10   servo 1, signal
 //    4   bumper switch, to ground when touched
+//   13   the board's own LED: lit for a moment at power-on
 //   A0   battery, through 20k to it and 10k to ground
 //   0, 1 the host: USB, or a Bluetooth module
 //
@@ -24,25 +25,29 @@ namespace {
 using namespace frame_frame_robot;
 
 const uint16_t WATCHDOG_MS = 0;  // 0: none. Else: no frame for so long, empty ones included, stops the engines
+const uint16_t SELF_TEST_MS = 100;  // the LED, at power-on
 const uint16_t STATUS_MS = 100;
 const uint8_t PWM_PINS[] = {5, 6};
 const uint8_t DIRECTION_PINS[] = {7, 8};
 const uint8_t SERVO_PINS[] = {9, 10};
 const uint8_t BUMPER_PIN = 4;
+const uint8_t LED_PIN = 13;
 const uint8_t BATTERY_PIN = A0;
 const float VOLTS_PER_COUNT = 5.0F / 1024.0F * 3.0F;
+
+// 0..180 degrees as 0.5..2.5 ms.
+uint16_t pulse(uint8_t degrees) { return static_cast<uint16_t>(999 + degrees * 4000UL / 180); }
 
 // Servo pulses by timer 1 itself, which makes them on pins 9 and 10 without any interrupt: 20 ms, half a microsecond a tick.
 void begin_servos() {
   TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM11);
-  TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11);
-  ICR1 = 39999;
+  TCCR1B = _BV(WGM13) | _BV(WGM12);
+  ICR1 = 39999;  // can be written in this mode only
+  TCCR1B |= _BV(CS11);  // now it runs
+  OCR1A = OCR1B = pulse(90);
   pinMode(SERVO_PINS[0], OUTPUT);
   pinMode(SERVO_PINS[1], OUTPUT);
 }
-
-// 0..180 degrees as 0.5..2.5 ms.
-uint16_t pulse(uint8_t degrees) { return static_cast<uint16_t>(999 + degrees * 4000UL / 180); }
 
 // What the messages do to the pins.
 struct Machine {
@@ -70,6 +75,7 @@ Machine machine;
 turtlewire::frame::Robot<Dialect, Machine> robot(machine);
 turtlewire::frame::Sender<Dialect> sender;
 uint32_t told_ms = 0;
+bool is_testing = true;
 
 void tell() {
   Status status;
@@ -87,9 +93,10 @@ void setup() {
     pinMode(pin, OUTPUT);
   }
   pinMode(BUMPER_PIN, INPUT_PULLUP);
+  pinMode(LED_PIN, OUTPUT);
+  digitalWrite(LED_PIN, HIGH);
   machine.stop();
   begin_servos();
-  OCR1A = OCR1B = pulse(90);
   Serial.begin(BAUD);
 }
 
@@ -102,6 +109,10 @@ void loop() {
   if (millis() - told_ms >= STATUS_MS && Serial.availableForWrite() >= Status::SIZE + 4) {
     told_ms += STATUS_MS;
     tell();
+  }
+  if (is_testing && millis() >= SELF_TEST_MS) {
+    is_testing = false;
+    digitalWrite(LED_PIN, LOW);
   }
   if (WATCHDOG_MS > 0 && millis() - machine.heard_ms > WATCHDOG_MS) {
     machine.stop();
