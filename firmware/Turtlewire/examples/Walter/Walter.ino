@@ -103,7 +103,7 @@ struct Turtle {
   uint8_t turn_speed = DEFAULT_SPEED;
   bool is_pen_down = false;
 
-  Leg legs[3];
+  Leg legs[3] = {};
   uint8_t legs_left = 0;
   Leg leg = {false, 0.0F};
   bool is_moving = false;
@@ -112,7 +112,7 @@ struct Turtle {
   bool is_waiting = false;
   uint32_t waits_until_ms = 0;
   uint8_t pressed = 0;  // the switches, a bit each
-  uint8_t out[8];
+  uint8_t out[8] = {};
 };
 
 Turtle turtle;

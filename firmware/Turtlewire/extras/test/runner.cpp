@@ -103,7 +103,7 @@ class WalterRobot : public Robot {
 
   void receive(uint8_t byte, uint32_t /* now_ms */) override { heard_ += robot_.receive(byte) ? 1U : 0U; }
   bool command(const char* word, const char* first, const char* second) override {
-    uint8_t bytes[7];
+    uint8_t bytes[7] = {};
     if (is(word, "take")) {
       take();
     } else if (is(word, "abandon")) {
@@ -207,14 +207,15 @@ class FrameRobot : public Robot {
 
   template <class Message>
   void read_as(const uint8_t* bytes, uint8_t size) {
-    Message message = Message();
-    if (!unpack(bytes, size, message)) {
+    Message read = Message();
+    if (!unpack(bytes, size, read)) {
       return;
     }
-    uint8_t again[Message::SIZE];
-    printf("%s ", valid(message) ? "valid" : "invalid");
-    show_hex(again, pack(message, again));
-    printf("%s\n", valid(message) && !sender_.add(message) ? " no room" : "");
+    uint8_t again[Message::SIZE] = {};
+    const uint8_t packed = pack(read, again);
+    printf("%s ", valid(read) ? "valid" : "invalid");
+    show_hex(again, packed);
+    printf("%s\n", valid(read) && !sender_.add(read) ? " no room" : "");
   }
 
   frame::Robot<Dialect, FrameRobot> robot_;
