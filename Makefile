@@ -30,7 +30,7 @@ NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude lib/avr
 # C++ that people write: what is generated has no layout to speak of.
 CODE := $(shell grep -L 'do not edit' $$(find firmware -name '*.h' -o -name '*.cpp' -o -name '*.ino'))
 
-.PHONY: help demo test check tools format nightly mutate bench generate pictures clean
+.PHONY: help demo test check tools firmware format nightly mutate bench generate pictures clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
@@ -40,6 +40,7 @@ demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
 
 test: check tools ## check, see that generated files are current, and run the tests
 	@$(BIN)/python -m tools.generate --check
+	@$(BIN)/python -m tools.firmware build/firmware
 	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist worksteal
 
 check: $(DEV) ## formatting, lint, types and the layering of the modules
@@ -58,6 +59,9 @@ tools:
 	    || { echo "the tests of the firmware need$$missing: on Debian, apt install $(PACKAGES)" >&2; exit 1; }; \
 	  echo "installing what the tests of the firmware need" >&2; apt="$$sudo apt-get -qq -o DPkg::Lock::Timeout=900"; \
 	  { $$apt update && $$apt install --yes --no-install-recommends $(PACKAGES); } >/dev/null; }
+
+firmware: $(DEV) tools ## build the sketches for the Uno into build/firmware, within firmware/budgets.toml
+	@$(BIN)/python -m tools.firmware build/firmware
 
 format: $(DEV) ## format the Python code, and the C++ of the firmware
 	@$(BIN)/ruff format --quiet .

@@ -129,10 +129,10 @@ def _by_avr_gcc(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
     """Arduino's core as an archive, our sources with all warnings, the sketch; linked together."""
     archive = _core_archive(board)
     (work / "library").mkdir()
-    sources = [(path, work / "library") for path in sorted((library() / "src" / "turtlewire").glob("*.cpp"))]
-    beside = (path for path in sketch.path.parent.iterdir() if path.suffix in (".c", ".cpp", ".S"))
-    sources += [(path, work) for path in sorted(beside)]
-    sources.append((_joined(sketch, work), work))
+    beside = sorted(path for path in sketch.path.parent.iterdir() if path.suffix in (".c", ".cpp", ".S"))
+    ours = sorted((library() / "src" / "turtlewire").glob("*.cpp"))
+    sources = [(path, work) for path in (_joined(sketch, work), *beside)]
+    sources += [(path, work / "library") for path in ours]
     objects = [
         str(_compiled(source, board, place, "-Wall", "-Wextra", f"-I{sketch.path.parent}", name=sketch.name))
         for source, place in sources
