@@ -50,8 +50,9 @@ def table(programs: list[Built], allowed: dict[str, Budget]) -> str:
     rows = [("sketch", "flash", "may be", "RAM", "may be", "")]
     for program in programs:
         budget = allowed[program.sketch]
-        sizes = (program.flash_bytes, budget.flash, program.ram_bytes, budget.ram)
-        rows.append((program.sketch, *map(str, sizes), ", ".join(budget.excess(program))))
+        flash, most_flash = str(program.flash_bytes), str(budget.flash)
+        ram, most_ram = str(program.ram_bytes), str(budget.ram)
+        rows.append((program.sketch, flash, most_flash, ram, most_ram, ", ".join(budget.excess(program))))
     return "".join(
         f"{name:12}{flash:>8}{most_flash:>8}{ram:>8}{most_ram:>8}  {note}".rstrip() + "\n"
         for name, flash, most_flash, ram, most_ram, note in rows
