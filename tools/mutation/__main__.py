@@ -45,9 +45,12 @@ def main() -> int:
             def tried(place: int) -> Verdict:
                 mine = trials.get()
                 try:
-                    return mine.try_out(mutants[place])
+                    verdict = mine.try_out(mutants[place])
                 finally:
                     trials.put(mine)
+                if sys.stderr.isatty():
+                    print(f"\r{place + 1} of {len(mutants)}", end="", file=sys.stderr, flush=True)
+                return verdict
 
             verdicts = list(pool.map(tried, range(len(mutants))))
     report = Report(dict(zip(mutants, verdicts, strict=True)), equivalents())

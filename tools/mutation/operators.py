@@ -38,9 +38,7 @@ LETTER = re.compile(r"'(\\?.)'")
 CHOICE = re.compile(r"(?<= )\? (.+?) : ([^:]+?)(?=[;)])")
 # A statement on a line of its own, or behind a `case`: a call, an assignment, a step. No declaration, no jump.
 STATEMENT = re.compile(r"^(?P<before>\s*(?:case [^:]+: |default: )?)(?P<statement>[^\s(){}=][^{}]*?;)")
-NO_STATEMENT = re.compile(
-    r"^(return|break|continue|const|constexpr|static|typedef|using|(?:u?int\d+_t|bool|float|\w+) \w+( =|;))"
-)
+NO_STATEMENT = re.compile(r"^(return|break|continue|const|constexpr|static)\b|^[\w:&<>]+ \w+( =|;|\()")
 BREAK = re.compile(r" break;$")
 IGNORED = re.compile(r"^\s*(#|//|static_assert|namespace|template|using|typedef)|^\s*\w+,?$|TURTLEWIRE_")
 
@@ -92,7 +90,7 @@ def lines(code: str) -> Iterator[str]:
     statement = STATEMENT.match(code)
     if statement and not NO_STATEMENT.match(statement["statement"]):
         yield code[: statement.start("statement")] + code[statement.end() :].lstrip()
-    if BREAK.search(code):
+    if BREAK.search(code) and "default:" not in code:
         yield BREAK.sub("", code)
 
 

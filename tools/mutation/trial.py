@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from enum import Enum
@@ -11,11 +12,13 @@ from tests.firmware.core import LIBRARY, RUNNER, SANITIZERS, SOURCES, compiler, 
 from tests.firmware.fixed_inputs import fixed
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from tests.firmware.expected import Expected
     from tools.mutation.operators import Mutant
 
+FILES = (RUNNER, *SOURCES)
 # Mutants loop for ever and print without end.
 LIMITS = "ulimit -t 5; ulimit -f 262144; exec"
 
@@ -54,25 +57,39 @@ class Trials:
         lines[mutant.line - 1] = mutant.mutated
         try:
             path.write_text("\n".join([*lines, ""]), "utf-8")
-            return self._verdict(mutant.file.replace(".", "_").split("_")[0])
+            return self._verdict(mutant.file)
         finally:
             path.write_text(text, "utf-8")
 
-    def _verdict(self, protocol: str) -> Verdict:
-        if not self._build():
+    def _verdict(self, file: str) -> Verdict:
+        protocol = re.split(r"\W|_", file)[0]
+        # A header is a part of its own source and of the runner.
+        parts = (protocol, RUNNER.stem) if file.endswith(".h") else ()
+        mutated = [path for path in FILES if path.name == file or path.stem in parts]
+        if not self._build(mutated):
             return Verdict.STILLBORN
         right = self._right[protocol]
         if self._run(protocol) != right and not self._agrees(protocol):
             return Verdict.KILLED
         # What reads or writes beyond an array may have been lucky.
-        assert self._build("-g", *SANITIZERS)
-        return (
-            Verdict.SURVIVED if self._run(protocol) is not None and self._agrees(protocol) else Verdict.KILLED
-        )
+        assert self._build(FILES, *SANITIZERS)
+        is_right = self._run(protocol) is not None and self._agrees(protocol)
+        return Verdict.SURVIVED if is_right else Verdict.KILLED
 
-    def _build(self, *flags: str) -> bool:
-        files = [str(self._tree / path.relative_to(LIBRARY)) for path in (RUNNER, *SOURCES)]
-        command = [compiler(), "-std=c++11", "-w", "-O0", *flags, *files, "-o", "runner"]
+    def _build(self, mutated: Iterable[Path] = (), *flags: str) -> bool:
+        """Compile the mutated sources, and link them with what is right of the others."""
+        objects = []
+        for path in FILES:
+            made = ("mutated-" if path in mutated else "right-") + path.stem + ".o"
+            objects.append(made)
+            if path in mutated or not (self._folder / made).exists():
+                source = str(self._tree / path.relative_to(LIBRARY))
+                if not self._compile("-c", *flags, source, "-o", made):
+                    return False
+        return self._compile(*flags, *objects, "-o", "runner")
+
+    def _compile(self, *arguments: str) -> bool:
+        command = [compiler(), "-std=c++11", "-w", "-O0", "-fno-exceptions", "-fno-rtti", *arguments]
         return subprocess.run(command, cwd=self._folder, capture_output=True, check=False).returncode == 0
 
     def _run(self, protocol: str) -> str | None:
