@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -139,7 +140,13 @@ def _by_avr_gcc(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
     ]
     elf, hex_file = work / f"{sketch.name}.elf", work / f"{sketch.name}.hex"
     link = ["avr-gcc", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections", f"-mmcu={board.chip}"]
-    run([*link, "-o", str(elf), *objects, str(archive), "-lm"], f"{sketch.name} does not link")
+    try:
+        run([*link, "-o", str(elf), *objects, str(archive), "-lm"], f"{sketch.name} does not link")
+    except DataError as error:
+        _, _, said = str(error).partition("\n")
+        if re.search("region `(text|data)'", said):
+            raise DataError(f"{sketch.name} is too big for the {board.name}:\n{said}") from None
+        raise
     run(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", str(elf), str(hex_file)])
     return elf, hex_file
 
