@@ -213,6 +213,20 @@ def test_another_chip_is_left_alone(turtlewire: Flashing, tmp_path: Path) -> Non
         assert board.board.flash(0, 0x7000) == ERASED * 0x7000
 
 
+def test_a_chip_that_is_worn(board: PluggedBoard, turtlewire: Flashing) -> None:
+    """A bit that does not take what is written is found when it is read back."""
+
+    def stick() -> bool:
+        board.board.burn(MIDWAY, b"\0")
+        return False
+
+    board.unplug_when = stick
+    ended = turtlewire.flash()
+    assert ended.code == 3
+    assert "what is on it now is not what was written" in ended.err
+    assert ended.err.endswith("All of it was written, but reading it back came to no good end: flash it again.\n")
+
+
 def test_a_robot_that_is_being_driven_is_left_alone(board: PluggedBoard, turtlewire: Flashing) -> None:
     with turtlewire.port.open("r+b", buffering=0) as other:
         fcntl.flock(other, fcntl.LOCK_EX)
