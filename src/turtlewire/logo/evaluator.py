@@ -84,6 +84,7 @@ class Interpreter:
         self.variables: dict[str, Value] = {}
         # The lists of programs, and others that were run, by their first cell: how each was read, and its code.
         self._lines: dict[int, tuple[List, Line]] = {}
+        self.lists_change = False  # whether a program has changed a list: it may no longer be what was read
         self.property_lists: dict[str, dict[str, Value]] = {}
         self.epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
         self.procedure: UserProcedure | None = None
@@ -218,7 +219,7 @@ class Interpreter:
         pending = [line]
         for each in pending:
             cells = each.value
-            if cells and id(cells) not in self._lines:
+            if cells and id(cells) not in self._lines and (not self.lists_change or each.is_current()):
                 self._lines[id(cells)] = (cells, each)
                 pending += [item for item in each.items if isinstance(item, Line)]
 

@@ -17,7 +17,7 @@ from turtlewire.logo.errors import (
 )
 from turtlewire.logo.reader import Line
 from turtlewire.logo.tokens import DOTS, NAME, NEGATE, PRECEDENCE, VALUE, Place, Token, placed
-from turtlewire.logo.values import parse_number, plain, to_text
+from turtlewire.logo.values import Array, parse_number, plain, to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -198,7 +198,10 @@ class Parser:
         if kind == VALUE:
             if isinstance(token.value, Line):
                 self._remember(token.value)
-            return Literal(token.value, token.place)
+            literal = Literal(token.value, token.place)
+            if isinstance(token.value, Array):  # a new one whenever it is evaluated
+                return Call(self.procedures["{}"], "{}", [literal], token.place)  # type: ignore[arg-type]
+            return literal
         if kind == DOTS:
             return Variable(to_text(token.value), token.place)  # type: ignore[arg-type]
         if kind == NEGATE:

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.primitives import (
     arithmetic,
+    arrays,
     communication,
     control,
     data,
     graphics,
     logic,
+    predicates,
     robot,
     templates,
     workspace,
@@ -20,5 +22,18 @@ if TYPE_CHECKING:
     from turtlewire.logo.procedures import Primitive
 
 PRIMITIVES: dict[str, Primitive] = {}
-for _chapter in (arithmetic, communication, control, data, graphics, logic, robot, templates, workspace):
+_CHAPTERS = (
+    arithmetic,
+    arrays,
+    communication,
+    control,
+    data,
+    graphics,
+    logic,
+    predicates,
+    robot,
+    templates,
+    workspace,
+)
+for _chapter in _CHAPTERS:
     PRIMITIVES |= _chapter.chapter.primitives

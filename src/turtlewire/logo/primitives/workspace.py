@@ -8,7 +8,7 @@ from turtlewire.logo.errors import LogoError, no_value, unknown_procedure
 from turtlewire.logo.primitives.inputs import answer, items, key, text
 from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
 from turtlewire.logo.scope import set_local
-from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain
+from turtlewire.logo.values import NIL, Value, make_list, members_of, plain
 from turtlewire.logo.workspace import define
 
 if TYPE_CHECKING:
@@ -173,33 +173,3 @@ def _plist(logo: Interpreter, owner: Value) -> Value:
     for name, value in logo.property_lists.get(key(owner), {}).items():
         members += (name, value)
     return make_list(members)
-
-
-# --- stacks and queues kept in variables ----------------------------------------------------------------------
-
-
-def _stored_list(logo: Interpreter, name: Value) -> List:
-    value = _thing(logo, name)
-    if not isinstance(value, list):
-        raise BadInputError(value)
-    return value
-
-
-@primitive("push", 2)
-def _push(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = [value, _stored_list(logo, name)]
-
-
-@primitive("pop dequeue", 1)
-def _pop(logo: Interpreter, name: Value) -> Value:
-    cells = _stored_list(logo, name)
-    if not cells:
-        raise BadInputError(name)
-    first: Value = cells[0]
-    logo.variables[key(name)] = cells[1]
-    return first
-
-
-@primitive("queue", 2)
-def _queue(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = make_list(members_of(_stored_list(logo, name)), [value, NIL])
