@@ -54,6 +54,7 @@ class Flashing:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            start_new_session=True,
         )
 
     def end(self, process: subprocess.Popen[str]) -> Ended:
@@ -174,7 +175,10 @@ def test_interrupted_midway(
         nonlocal is_told
         if not is_told and board.board.flash(MIDWAY, 2) != ERASED * 2:
             is_told = True
-            process.send_signal(number)
+            if number is signal.SIGINT:
+                os.killpg(process.pid, number)  # a terminal tells all of them
+            else:
+                process.send_signal(number)
             board.pace = 0.001  # it waits for what comes next, and so does avrdude
         return False
 
