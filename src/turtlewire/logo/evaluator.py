@@ -96,6 +96,7 @@ class Interpreter:
         self.iteration: tuple[int, list[Value]] | None = (
             None  # what # and ?REST stand for: how far, through what
         )
+        self.baskets: tuple[Value, Value] | None = None  # what ?IN and ?OUT stand for
         self.repeat_count = -1
         self.limit_handler: List | None = None
         self.limit_handler_changed = False
@@ -154,6 +155,8 @@ class Interpreter:
         self.test = None
         self.repeat_count = -1
         self.iteration = None
+        self.baskets = None
+        self.slots = []
         self.hidden = {}
         self._depth = 0
         self.acting_on = None
@@ -358,7 +361,7 @@ class Interpreter:
             result: Result
             if isinstance(node, Invocation):
                 if node.procedure.is_macro:
-                    result = self._expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
+                    result = self.expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
                 elif how == LAST and not self._wants_value:
                     return TailCall(node, inputs)
                 else:
@@ -460,7 +463,7 @@ class Interpreter:
         """The rest of a line, now that its first instruction is to run."""
         return Parser(node.tokens, self.procedures, self.remember, self.variables.__contains__).parse()
 
-    def _expansion(self, node: Invocation, inputs: list[Value], *, may_be_empty: bool) -> RunList:
+    def expansion(self, node: Invocation, inputs: list[Value], *, may_be_empty: bool) -> RunList:
         """What a macro outputs, to be run in its caller's place."""
         value = self.invoke(node, inputs, wants_value=True)
         if type(value) is not list:

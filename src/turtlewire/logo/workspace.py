@@ -73,16 +73,8 @@ def define(
     if isinstance(procedure, Primitive):
         number, problem = (15, "already defined") if is_to else (22, "a primitive")
         raise LogoError(number, f"{plain(name)} is {problem}", hint="It is a primitive: choose another name.")
-    fresh = UserProcedure(plain(name))
-    fresh.default_inputs = -1
-    for each in inputs:
-        _add_input(fresh, each, command)
-    fresh.minimum_inputs = len(fresh.inputs)
-    fresh.maximum_inputs = -1 if fresh.rest else len(fresh.inputs) + len(fresh.optional)
-    if fresh.default_inputs < 0:
-        fresh.default_inputs = fresh.minimum_inputs
+    fresh = made_procedure(plain(name), inputs, body, command)
     fresh.is_macro = command.lower() in (".macro", ".defmacro")
-    fresh.body = body
     fresh.title = title
     if procedure is None:
         logo.procedures[key] = fresh
@@ -90,6 +82,26 @@ def define(
         for slot in UserProcedure.__slots__:
             setattr(procedure, slot, getattr(fresh, slot))
     logo.epoch += 1
+
+
+def made_procedure(
+    name: str, inputs: tuple[Item, ...], body: tuple[Line, ...], command: str
+) -> UserProcedure:
+    """A procedure that nothing is called by yet.
+
+    Raises:
+        LogoError: inputs that are none; it names ``command``.
+    """
+    made = UserProcedure(name)
+    made.default_inputs = -1
+    for each in inputs:
+        _add_input(made, each, command)
+    made.minimum_inputs = len(made.inputs)
+    made.maximum_inputs = -1 if made.rest else len(made.inputs) + len(made.optional)
+    if made.default_inputs < 0:
+        made.default_inputs = made.minimum_inputs
+    made.body = body
+    return made
 
 
 def _add_input(procedure: UserProcedure, each: Item, command: str) -> None:

@@ -56,7 +56,6 @@ def test_horn_lamp_speed_and_waiting(session: Session) -> None:
         "(map [?] [1] [1 2])",
         'print map [list ? ?] "ab',
         'reduce "sum []',
-        "apply [[x] :x] [1 2]",
         "char 55296",
         "char 1114112",
         'pop "s',
