@@ -157,8 +157,8 @@ class UserProcedure:
     """A procedure that a program defined. Defining it anew changes it in place."""
 
     __slots__ = (
-        "body", "code", "default_inputs", "inputs", "is_erased", "is_macro", "maximum_inputs", "may_lack_input",
-        "minimum_inputs", "name", "optional", "rest", "takes_alternative", "title",
+        "body", "code", "default_inputs", "full_text", "inputs", "is_erased", "is_macro", "maximum_inputs",
+        "may_lack_input", "minimum_inputs", "name", "optional", "rest", "takes_alternative", "title",
     )  # fmt: skip
 
     def __init__(self, name: str) -> None:
@@ -167,6 +167,7 @@ class UserProcedure:
         self.optional: list[OptionalInput] = []
         self.rest = ""
         self.body: tuple[Line, ...] = ()
+        self.full_text: tuple[str, ...] = ()  # as it was written, line by line; by DEFINE, it was not
         self.title: Line | None = None
         self.code: Any = None
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0

@@ -166,7 +166,6 @@ def test_outputs(session: Session, program: str, output: str) -> None:
         ('apply "sin []', "not enough inputs to sin"),
         ('apply "sin [1 2]', "too many inputs to sin"),
         ('show text "print', "print is a primitive"),
-        ('erase "foo', "I don't know how to foo"),
         ('print arity "foo', "I don't know how to foo"),
         ("to f\nprint runresult [stop]\nend\nf", "Can't use OUTPUT or STOP inside RUNRESULT"),
         ("repeat 1 [to x]", "can't use TO inside a procedure"),
