@@ -377,13 +377,8 @@ class Interpreter:
             result: Result
             if isinstance(node, Invocation):
                 if node.procedure.is_macro:
-<<<<<<< /tmp/L2/land.Yjm8/merged/src/turtlewire/logo/evaluator.py
-                    result = self._expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
-                elif how == LAST and not self._wants_value and not self._is_traced:
-=======
                     result = self.expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
-                elif how == LAST and not self._wants_value:
->>>>>>> /tmp/L2/land.Yjm8/theirs
+                elif how == LAST and not self._wants_value and not self._is_traced:
                     return TailCall(node, inputs)
                 else:
                     return self.invoke(node, inputs, wants_value=how == OPERATION)
