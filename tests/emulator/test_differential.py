@@ -32,7 +32,14 @@ if TYPE_CHECKING:
 
 BAUD = 115200
 BYTE_S = 10.0 / BAUD
-ALIKE = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
+
+
+def examples(count: int) -> settings:
+    """So many, as long as they take."""
+    return settings(
+        max_examples=count, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    )
+
 
 # ----------------------------------------------------------------------------------------------------- turtles
 
@@ -176,7 +183,7 @@ def check_turtle(built: Build, name: str, stream: list[Piece]) -> None:
 
 @pytest.mark.parametrize("name", ["Walter", "WalterBasic"])
 @given(STREAMS)
-@settings(max_examples=60, **ALIKE)
+@examples(60)
 def test_a_turtle_does_what_the_simulated_one_does(built: Build, name: str, stream: list[Piece]) -> None:
     check_turtle(built, name, stream)
 
@@ -185,7 +192,7 @@ def test_a_turtle_does_what_the_simulated_one_does(built: Build, name: str, stre
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", ["Walter", "WalterBasic"])
 @given(STREAMS)
-@settings(max_examples=10_000, **ALIKE)
+@examples(10_000)
 def test_ten_thousand_streams_do(built: Build, name: str, stream: list[Piece]) -> None:
     check_turtle(built, name, stream)
 
@@ -268,17 +275,17 @@ def check_frame_robot(built: Build, stream: list[tuple[bytes, float]]) -> None:
         chip.run(BOOTED_S)
         for data, pause_s in stream:
             for message in robot.receive_data(data, chip.now_s + len(data) * BYTE_S):
-                machine.carry_out(type(message).__name__, *message.values())
+                machine.carry_out(type(message).__name__, *map(int, message.values()))
             chip.receive(data)
             chip.run(len(data) * BYTE_S)
             wait_for(chip, machine)
             chip.run(pause_s)
             for message in robot.receive_data(b"", chip.now_s):
-                machine.carry_out(type(message).__name__, *message.values())
+                machine.carry_out(type(message).__name__, *map(int, message.values()))
             wait_for(chip, machine)
         chip.run(0.11)
         for message in robot.receive_data(b"", chip.now_s):
-            machine.carry_out(type(message).__name__, *message.values())
+            machine.carry_out(type(message).__name__, *map(int, message.values()))
         assert seen(chip) == machine.state
         check_telemetry(bytes(sent.byte for sent in chip.sent()))
         assert chip.overruns == 0
@@ -297,7 +304,7 @@ def check_telemetry(said: bytes) -> None:
 
 
 @given(FRAME_STREAMS)
-@settings(max_examples=60, **ALIKE)
+@examples(60)
 def test_frame_robot_does_what_python_says(built: Build, stream: list[tuple[bytes, float]]) -> None:
     check_frame_robot(built, stream)
 
@@ -305,6 +312,6 @@ def test_frame_robot_does_what_python_says(built: Build, stream: list[tuple[byte
 @pytest.mark.nightly
 @pytest.mark.timeout(3600)
 @given(FRAME_STREAMS)
-@settings(max_examples=10_000, **ALIKE)
+@examples(10_000)
 def test_frame_robot_does_so_ten_thousand_times(built: Build, stream: list[tuple[bytes, float]]) -> None:
     check_frame_robot(built, stream)

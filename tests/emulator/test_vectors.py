@@ -79,7 +79,7 @@ def check_frame(built: Build, steps: Iterable[tuple[float, bytes, list[str]]]) -
             chip.run(len(data) * 10 / DIALECT.baud)
             for text in texts:
                 message = DIALECT.parse(text)
-                machine.carry_out(type(message).__name__, *message.values())
+                machine.carry_out(type(message).__name__, *map(int, message.values()))
             wait_for(chip, machine)
         chip.run(0.003)
         assert seen(chip) == machine.state
