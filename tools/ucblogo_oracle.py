@@ -42,6 +42,7 @@ def _main_program(folder: Path, index: int) -> str:
             "unburyall",
             "bury :..b",  # what was buried when it began; the library is loaded again as it is needed
             "erall",
+            'make "fullprintp "false make "caseignoredp "true make "allowgetset "true make "unburyonedit "true',
         ]
     )
 

@@ -8,6 +8,7 @@ from turtlewire.logo.tracing import quoted
 from turtlewire.logo.values import (
     BACKSLASHED,
     BARRED,
+    SPECIAL,
     Value,
     plain,
     show,
@@ -22,10 +23,17 @@ if TYPE_CHECKING:
     Properties = dict[str, tuple[Value, Value]]
 
 
+_UNMARKED = frozenset(SPECIAL)
+
+
 def as_written(text: str) -> str:
     """A word of a program, in which only marked characters need bars or backslashes."""
     if plain(text) == text:
         return text
+    sign = text[0] if text[0] in '":' else ""
+    body = text[len(sign) :]
+    if not _UNMARKED.intersection(body) and any(BARRED <= ord(c) < BACKSLASHED for c in body):
+        return sign + spelled(body)
     pieces: list[str] = []
     in_bars = False
     for c in text:

@@ -130,7 +130,7 @@ class Primitive:
         self.minimum_inputs = minimum
         self.maximum_inputs = maximum  # -1: any number
         self.takes_alternative = name == "if"
-        self.may_lack_input = name == "continue"  # at the end of a line
+        self.may_lack_input = name in ("continue", "help", "save")  # at the end of a line
 
     def usage(self, name: str) -> str:
         """What people are told of its inputs when they gave too few or too many."""

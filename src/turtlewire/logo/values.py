@@ -29,8 +29,9 @@ _TO_BARRED = {ord(c): BARRED + ord(c) for c in SPECIAL}
 _TO_BACKSLASHED = {ord(c): BACKSLASHED + ord(c) for c in SPECIAL}
 _TO_PLAIN = {mark + ord(c): c for c in SPECIAL for mark in (BARRED, BACKSLASHED)}
 _WITHOUT_BACKSLASHES = {BACKSLASHED + ord(c): c for c in SPECIAL}
+_TO_BAR = {ord(c): f"\\{c}" for c in "|\\"}  # what needs a backslash even between bars
 _TO_ESCAPED = {
-    ord(c): f"\\{c}" for c in " \t\n[]();|\\~"
+    ord(c): f"\\{c}" for c in " \t\n[]{}();|\\~"
 }  # what a quoted word can have after a backslash only
 
 TRUE = "true"
@@ -174,7 +175,7 @@ def to_words(value: Value) -> str:
 def spelled(text: str) -> str:
     """A word as errors show it: what a program would have to say for it, with bars or backslashes where needed."""
     seen = plain(text)
-    return f"|{seen}|" if seen != text else text.translate(_TO_ESCAPED) or "||"
+    return f"|{seen.translate(_TO_BAR)}|" if seen != text else text.translate(_TO_ESCAPED) or "||"
 
 
 def show(

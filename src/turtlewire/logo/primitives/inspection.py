@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo import printout
-from turtlewire.logo.errors import LogoError, no_value, unknown_procedure
+from turtlewire.logo.errors import no_value, unknown_procedure
 from turtlewire.logo.marks import Contents
 from turtlewire.logo.primitives.inputs import answer, key
 from turtlewire.logo.primitives.workspace import property_members, users
@@ -226,7 +226,8 @@ def _help(logo: Interpreter, name: Value | None = None) -> None:
         return
     procedure = logo.procedures.get(key(name))
     if procedure is None:
-        raise LogoError(24, f"No help available on {key(name)}", hint="(help) lists what there is.")
+        logo.write(f"No help available on {key(name)}.\n")
+        return
     if isinstance(procedure, Primitive):
         synonyms = [
             other for other, each in logo.procedures.items() if each is procedure and other != key(name)
