@@ -15,11 +15,12 @@ import select
 import subprocess
 import termios
 import threading
+import time
 import tty
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from turtlewire.links.uart import image
+from turtlewire.links.uart import Receiver, image
 
 from .board import CHIP, FREQUENCY_HZ, Board, ChipError
 
@@ -122,6 +123,7 @@ class PluggedBoard:
 
     Attributes:
         pace: of the chip's time while the host says nothing, in units of the wall's.
+        boots_s: how much of the chip's time passes at once when a host opens the port, in seconds.
         unplug_when: looked at all the time; once it is true, power and port are gone.
         opened: how often a host has opened the port.
     """
@@ -130,6 +132,7 @@ class PluggedBoard:
         self.port = port
         self.pace = PATIENT
         self.unplug_when: Callable[[], bool] = lambda: False
+        self.boots_s = SLICE_S
         self.opened = 0
         self.board = Board(None, 115200)
         self.error: ChipError | None = None
@@ -180,7 +183,7 @@ class PluggedBoard:
         poll = select.poll()
         poll.register(self._near, select.POLLIN)
         poll.register(self._woken, select.POLLIN)
-        is_open, line_free_s = False, 0.0
+        is_open, line_free_s, last_s = False, 0.0, time.monotonic()
         try:
             while not self.unplug_when():
                 is_idle = self.board.now_s >= line_free_s
@@ -192,12 +195,14 @@ class PluggedBoard:
                 if is_open and not was_open:
                     self.opened += 1
                     self.board.reset()
-                    self.board.run(SLICE_S)
+                    self.board.run(self.boots_s)
                 if state & select.POLLIN:
                     line_free_s = self._take(line_free_s)
                 elif state:  # closed: this poll has not waited
                     select.select([self._woken], [], [], SLICE_S / self.pace)
-                self.board.run(SLICE_S)
+                # What the wall's clock has done meanwhile; while bytes are on the line, as fast as it goes.
+                since_s, last_s = last_s, time.monotonic()
+                self.board.run(max(SLICE_S, self.pace * (last_s - since_s)) if is_idle else SLICE_S)
                 self._give(is_open=is_open)
         except ChipError as error:
             self.error = error
@@ -214,7 +219,10 @@ class PluggedBoard:
                 raise
             return line_free_s
         host = self._host_rate()
-        heard = data if self._agree(host) else image(data, self.board.rate / host)
+        # libsimavr knows no framing errors, by which optiboot tells that nobody means it: such bytes do not arrive.
+        heard = (
+            data if self._agree(host) else image(data, self.board.rate / host, Receiver(keeps_broken=False))
+        )
         self.board.baud = host
         self.board.receive(heard)
         return max(line_free_s, self.board.now_s) + len(data) * 10.0 / host
