@@ -1,0 +1,358 @@
+"""The compiler: Logo procedures as Python functions.
+
+A procedure is compiled, with all that it reaches, when it is called first. What it cannot be compiled for (lists that
+are computed and run, variables whose names are computed, inputs that can be left out ...) is left to the evaluator,
+procedure by procedure: both call each other, and share all variables that the other may see.
+"""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING, Any
+
+from turtlewire.logo.compiler import python as py
+from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier
+from turtlewire.logo.compiler.ending import ProcedureEnding
+from turtlewire.logo.compiler.facts import Survey, literal_name
+from turtlewire.logo.compiler.faults import FAULTS, Record, translated
+from turtlewire.logo.compiler.runtime import helpers
+from turtlewire.logo.errors import LogoError, not_enough_inputs
+from turtlewire.logo.procedures import Primitive, UserProcedure
+from turtlewire.logo.syntax import Call, Invocation
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import CodeType
+
+    from turtlewire.logo.compiler.emit import Site
+    from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.reader import Line
+    from turtlewire.logo.values import List, Value
+
+__all__ = ["FAULTS", "Compiler"]
+
+_LOOPS = frozenset(
+    ("repeat", "forever", "for", "while", "until", "do.while", "do.until", "foreach", "map", "filter", "reduce")
+)
+
+
+class _Draft:
+    """A function that is written and not yet compiled."""
+
+    def __init__(self, procedure: UserProcedure | None, name: str, tree: list[ast.stmt], sites: list[Site]) -> None:
+        self.procedure = procedure
+        self.name = name
+        self.tree = tree
+        self.sites = sites
+
+
+class Compiler(Namer):
+    """Compiles the procedures of a workspace.
+
+    Args:
+        logo: the workspace.
+    """
+
+    def __init__(self, logo: Interpreter) -> None:
+        self._logo = logo
+        self._globals: dict[str, Any] = helpers(logo)
+        self._records: dict[CodeType, Record] = {}
+        self._jumps: list[tuple[Site, bool]] = []
+        self._globals["jumps"] = self._jumps
+        self._constants: dict[int, tuple[List, str]] = {}
+        self._moving: set[str] = set()
+        self._survey = Survey(logo)
+        self._drafts: dict[UserProcedure, _Draft] = {}
+        self._refused: dict[UserProcedure, str] = {}
+        self._jumped_to: dict[UserProcedure, set[UserProcedure]] = {}
+        self._wanted: list[UserProcedure] = []
+
+    # ------------------------------------------------------------------ what the evaluator asks for
+
+    def function(self, procedure: UserProcedure) -> Callable[..., Any] | None:
+        """The function of a procedure; ``None`` when it is the evaluator's."""
+        if procedure.function is None and not procedure.is_refused:
+            self._compile(procedure)
+        return procedure.function
+
+    def line(self, line: Line) -> Callable[[], Any] | None:
+        """The function of a line of the program that has a loop in it; ``None`` when it is the evaluator's."""
+        nodes = self._survey.parse(line)
+        if not any(isinstance(node, Call) and node.primitive.name in _LOOPS for node in self._survey.walk(nodes)):
+            return None
+        facts = self._survey.facts_of(nodes)
+        emitter = Emitter(self._survey, facts, self, self._may_be_local(facts, frozenset(facts.calls)))
+        self._wanted = []
+        try:
+            self._refuse_unseen(facts)
+            emitter.instructions(nodes)
+        except RefusedError:
+            return None
+        name = f"line_{len(self._records)}"
+        drafts = [_Draft(None, name, [py.function(name, [], emitter.body)], emitter.sites)]
+        self._finish(drafts)
+        function: Callable[[], Any] = self._globals[name]
+        return function
+
+    def forget(self) -> None:
+        """A procedure has been defined, or defined anew, or erased: nothing that was known is certain."""
+        self._survey = Survey(self._logo)
+        self._refused.clear()
+        for procedure in self._logo.procedures.values():
+            if isinstance(procedure, UserProcedure):
+                procedure.function = None
+                procedure.is_refused = False
+                self._offer(procedure)
+
+    def translated(self, fault: Exception) -> Exception:
+        """The Logo error that a fault in a compiled function is."""
+        return translated(self._logo, self._records, fault)
+
+    def source(self, procedure: UserProcedure) -> str | None:
+        """The Python that a procedure became, as text; ``None`` when it is the evaluator's."""
+        self._drafts.clear()
+        self._wanted = []
+        draft = self._draft(procedure)
+        if draft is None:
+            return None
+        module = ast.Module(draft.tree, [])
+        return ast.unparse(ast.fix_missing_locations(module))
+
+    # ------------------------------------------------------------------ compiling
+
+    def _compile(self, procedure: UserProcedure) -> None:
+        self._wanted = [procedure]
+        self._drafts.clear()
+        self._jumped_to.clear()
+        for each in self._wanted:  # which grows
+            if each.function is None and not each.is_refused and each not in self._refused:
+                self._draft(each)
+        for each in self._refused:
+            each.is_refused = True
+        drafts = [draft for each, draft in self._drafts.items() if each not in self._refused]
+        self._finish(drafts)
+
+    def _draft(self, procedure: UserProcedure) -> _Draft | None:
+        if procedure in self._drafts:
+            return self._drafts[procedure]
+        if procedure in self._refused:
+            return None
+        try:
+            draft = self._drafts[procedure] = self._written(procedure)
+        except RefusedError as refused:
+            self._refuse(procedure, str(refused))
+            return None
+        return draft
+
+    def _refuse(self, procedure: UserProcedure, why: str) -> None:
+        self._refused[procedure] = why
+        self._drafts.pop(procedure, None)
+        for each in self._jumped_to.get(procedure, ()):
+            if each not in self._refused:
+                self._refuse(each, f"it leaves its place to {procedure.name}")
+
+    def _refuse_unseen(self, facts: Any) -> None:
+        """What the evaluator keeps in tables of its own, other procedures would not find."""
+        for each in self._survey.reached_from(facts):
+            found = self._survey.facts(each)
+            if found.asks_count or found.asks_slot:
+                raise RefusedError(f"{each.name} asks for what its caller counts")
+
+    def _written(self, procedure: UserProcedure) -> _Draft:
+        survey = self._survey
+        if procedure.optional or procedure.rest or procedure.is_erased:
+            raise RefusedError("inputs that can be left out")
+        if self._logo.is_watched(procedure):
+            raise RefusedError("it is traced or stepped")
+        facts = survey.facts(procedure)
+        self._refuse_unseen(facts)
+        nodes = survey.body(procedure)
+        may_be_local = self._may_be_local(facts, survey.reached(procedure))
+        emitter = Emitter(survey, facts, self, may_be_local)
+
+        def jump_to(node: Invocation, as_command: bool) -> tuple[str, int]:
+            target = node.procedure
+            if target in self._refused:
+                raise RefusedError(f"it leaves its place to {target.name}")
+            self._jumped_to.setdefault(target, set()).add(procedure)
+            self._want(target)
+            site = emitter.sites[emitter.site(node, "output") - 1]
+            self._jumps.append((site, as_command))
+            return f"q_{identifier(target.name.lower())}", len(self._jumps) - 1
+
+        ending = ProcedureEnding(survey, procedure, jump_to)
+        emitter.ending = ending
+        parameters: list[str] = []
+        hidden: list[str] = []
+        for key in procedure.inputs:
+            name = f"{identifier(key)}_"
+            if name in parameters:
+                raise RefusedError("two inputs of one name")
+            parameters.append(name)
+            if may_be_local(key):
+                emitter.names[key] = name
+            else:
+                hidden.append(key)
+        emitter.binds_dynamically = bool(hidden)
+        self._bind_locals(emitter, procedure, may_be_local)
+        body = emitter.within(lambda: self._body(emitter, nodes))
+        if ending.begins_anew:
+            body = [py.forever(body)]
+            if ending.minds:
+                body.insert(0, py.assign("late", py.const(0)))
+        elif ending.minds:
+            body.insert(0, py.assign("late", py.const(0)))
+        if hidden:
+            body = _bound(hidden, body)
+        name = identifier(procedure.name.lower())
+        inner = py.function(f"q_{name}", parameters, body)
+        tree: list[ast.stmt] = [inner]
+        given: list[ast.expr] = [py.name(each) for each in parameters]
+        result = py.walrus("result", py.call(f"q_{name}", *given))
+        if ending.jumps:
+            # The calls that it leaves to its caller are done here; those who leave theirs to it take it as it is.
+            is_jump = py.compare(py.call("type", result), ast.Is(), py.name("tuple"))
+            bounced = py.at(1, py.call("bounce", py.name("result"), py.name("jumps")))
+            answer = py.either(is_jump, bounced, py.name("result"))
+            tree.append(py.function(f"p_{name}", parameters, [py.give(answer)]))
+        else:
+            tree.append(py.assign(f"p_{name}", py.name(f"q_{name}")))
+        return _Draft(procedure, f"q_{name}", tree, emitter.sites)
+
+    def _body(self, emitter: Emitter, nodes: list[Any]) -> None:
+        emitter.instructions(nodes, tail=True)
+        emitter.ending.nothing(emitter, None)
+
+    def _bind_locals(
+        self, emitter: Emitter, procedure: UserProcedure, may_be_local: Callable[[str], bool]
+    ) -> None:
+        """Local variables are in Python locals from the beginning: so nothing may have meant another's before."""
+        survey = self._survey
+        seen = set(procedure.inputs)
+        nodes = survey.body(procedure)
+        for index, node in enumerate(nodes):
+            if not isinstance(node, Call) or node.primitive.name not in ("local", "localmake"):
+                continue
+            for each in node.inputs if node.primitive.name == "local" else node.inputs[:1]:
+                key = literal_name(each)
+                if key is None or not may_be_local(key):
+                    raise RefusedError("a local variable that other procedures see")
+                if key not in seen and key in survey.facts_of([*nodes[:index], *node.inputs[1:]]).free:
+                    raise RefusedError("a local variable that was another one before")
+                if key not in emitter.names:
+                    emitter.names[key] = f"{identifier(key)}_"
+                seen.add(key)
+
+    def _may_be_local(self, facts: Any, reached: frozenset[UserProcedure]) -> Callable[[str], bool]:
+        survey = self._survey
+        if facts.touches_any or any(survey.facts(each).touches_any for each in reached):
+            return lambda _: False
+        seen: set[str] = set()
+        for each in reached:
+            seen |= survey.facts(each).free
+        return lambda key: key not in seen
+
+    def _finish(self, drafts: list[_Draft]) -> None:
+        """Make functions of what is written, and of what it names."""
+        for draft in drafts:
+            module = ast.fix_missing_locations(ast.Module(draft.tree, []))
+            title = draft.procedure.name if draft.procedure is not None else draft.name
+            exec(compile(module, f"<{title}>", "exec"), self._globals)  # noqa: S102 - that is what a compiler is for
+            record = Record(draft.procedure, draft.sites)
+            if not record.sites:
+                record.sites.append(draft_site(draft))
+            self._records[self._globals[draft.name].__code__] = record
+            if draft.procedure is not None:
+                key = identifier(draft.procedure.name.lower())
+                function = self._globals[f"p_{key}"]
+                self._records.setdefault(function.__code__, record)
+                draft.procedure.function = function
+        for each in self._wanted:
+            if each.function is None:
+                self._offer(each)
+        self._drafts.clear()
+
+    def _offer(self, procedure: UserProcedure) -> None:
+        """Until a procedure is compiled, or for good: whoever calls it comes here first."""
+        name = identifier(procedure.name.lower())
+        key = procedure.name.lower()
+        logo = self._logo
+
+        def call(*inputs: Value) -> Value | None:
+            found = logo.procedures.get(key)
+            assert isinstance(found, UserProcedure)
+            if len(inputs) < found.minimum_inputs:
+                raise not_enough_inputs(found.name)
+            return logo.invoke(Invocation(found, found.name, [], None), list(inputs), wants_value=True)
+
+        self._globals[f"p_{name}"] = self._globals[f"q_{name}"] = call
+
+    # ------------------------------------------------------------------ names
+
+    def _want(self, procedure: UserProcedure) -> None:
+        if procedure not in self._wanted:
+            self._wanted.append(procedure)
+
+    def primitive(self, primitive: Primitive, *, moves: bool) -> str:
+        """The function of a primitive."""
+        name = f"{'m' if moves else 'f'}_{identifier(primitive.name)}"
+        if name not in self._globals:
+            function = primitive.function
+            self._globals[name] = self._logo.watching_limits(primitive) if moves else function
+            if moves:
+                self._moving.add(name)
+        return name
+
+    def procedure(self, procedure: UserProcedure) -> str:
+        """The function of a procedure."""
+        self._want(procedure)
+        return f"p_{identifier(procedure.name.lower())}"
+
+    def constant(self, value: Any) -> str:
+        """A list that stands in the program."""
+        if not value:
+            return "NIL"
+        known = self._constants.get(id(value))
+        if known is None:
+            known = self._constants[id(value)] = (value, f"k{len(self._constants)}")
+            self._globals[known[1]] = value
+        return known[1]
+
+    def always_outputs(self, procedure: UserProcedure) -> bool:
+        """Whether a procedure outputs whenever it ends."""
+        return self._survey.always_outputs(procedure)
+
+    def never_outputs(self, procedure: UserProcedure) -> bool:
+        """Whether a procedure never outputs."""
+        return self._survey.never_outputs(procedure)
+
+    def moving_names(self) -> frozenset[str]:
+        """The names of all that may move the robot."""
+        return frozenset(self._moving)
+
+
+def draft_site(draft: _Draft) -> Site:
+    """For a function in which nothing can fail: there has to be a first place."""
+    from turtlewire.logo.compiler.emit import Site as AnySite
+    from turtlewire.logo.syntax import Literal
+
+    del draft
+    return AnySite(Literal("", None), "")
+
+
+def _bound(keys: list[str], body: list[ast.stmt]) -> list[ast.stmt]:
+    """A body within which variables have the values of inputs, and those of before again after it."""
+    before: list[ast.stmt] = []
+    after: list[ast.stmt] = []
+    for key in keys:
+        name, old = f"{identifier(key)}_", f"old_{identifier(key)}"
+        place = ast.Subscript(py.name("V"), py.const(key), py.STORE)
+        get = ast.Call(ast.Attribute(py.name("V"), "get", py.LOAD), [py.const(key)], [])
+        before += [py.assign(old, get), ast.Assign([place], py.name(name))]
+        pop = ast.Call(ast.Attribute(py.name("V"), "pop", py.LOAD), [py.const(key), py.NONE], [])
+        restore = ast.Assign([place], py.name(old))
+        after.append(py.when(py.is_none(py.name(old)), [py.do(pop)], [restore]))
+    return [*before, ast.Try(body, [], [], after)]
+
+
+_ = LogoError
