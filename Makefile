@@ -18,12 +18,19 @@ PYTHON := $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 py
             $(shell $(name) -c $(IS_RECENT) 2>/dev/null && echo $(name))) python3)
 endif
 
-# What tests of the firmware need, as Debian calls it: compilers for here and for the chip, the emulated chip.
-PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr avrdude libsimavr-dev libelf-dev
+# What tests of the firmware need, as Debian calls it: compilers for here and for the chip, the emulated chip, what looks
+# at the source, a fuzzer.
+PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr avrdude libsimavr-dev libelf-dev clang clang-tidy cppcheck \
+            libclang-rt-dev
+FUZZER := $(or $(wildcard /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a),/usr/lib/libclang_rt.fuzzer.a)
 NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude lib/avr/include/avr/io.h \
-            share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h)
+            share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h \
+            bin/clang++ bin/clang-tidy bin/cppcheck) $(firstword $(FUZZER))
 
-.PHONY: help demo test check tools format nightly bench generate pictures clean
+# C++ that people write: what is generated has no layout to speak of.
+CODE := $(shell grep -L 'do not edit' $$(find firmware -name '*.h' -o -name '*.cpp' -o -name '*.ino'))
+
+.PHONY: help demo test check tools firmware format nightly mutate bench generate pictures clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 18
@@ -33,10 +40,12 @@ demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
 
 test: check tools ## check, see that generated files are current, and run the tests
 	@$(BIN)/python -m tools.generate --check
+	@$(BIN)/python -m tools.firmware build/firmware
 	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist worksteal
 
 check: $(DEV) ## formatting, lint, types and the layering of the modules
 	@$(BIN)/ruff format --quiet --check . || { echo 'run `make format`' >&2; exit 1; }
+	@$(BIN)/clang-format --dry-run -Werror $(CODE) || { echo 'run `make format`' >&2; exit 1; }
 	@$(BIN)/ruff check --quiet .
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo > .venv/lint-imports.log || { cat .venv/lint-imports.log; exit 1; }
@@ -51,14 +60,22 @@ tools:
 	  echo "installing what the tests of the firmware need" >&2; apt="$$sudo apt-get -qq -o DPkg::Lock::Timeout=900"; \
 	  { $$apt update && $$apt install --yes --no-install-recommends $(PACKAGES); } >/dev/null; }
 
-format: $(DEV) ## format the Python code
+firmware: $(DEV) tools ## build the sketches for the Uno into build/firmware, within firmware/budgets.toml
+	@$(BIN)/python -m tools.firmware build/firmware
+
+format: $(DEV) ## format the Python code, and the C++ of the firmware
 	@$(BIN)/ruff format --quiet .
+	@$(BIN)/clang-format -i $(CODE)
 	@$(BIN)/ruff check --quiet --fix .
 
-nightly: $(DEV) ## the long tests: ten million inputs for each decoder, a hundred thousand commands for each robot
+nightly: $(DEV) tools ## the long tests: ten million inputs for each decoder, 10^8 for the core, mutation, soaks
 	@$(PIP_INSTALL) --editable '.[dev,fuzz]'
 	@$(BIN)/python -m pytest -q -m nightly
 	@for robot in simple frame walter; do $(BIN)/python -m tests.soak $$robot || exit 1; done
+	@$(BIN)/python -m tools.mutation
+
+mutate: $(DEV) tools ## make small mistakes in the firmware's core, and see that its tests notice each of them
+	@$(BIN)/python -m tools.mutation
 
 bench: $(BENCH) ## measure against the peers
 	@for benchmark in benchmarks/*.py; do $(BIN)/python "$$benchmark" || exit 1; done

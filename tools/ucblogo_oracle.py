@@ -21,6 +21,7 @@ from typing import Any
 VECTORS = Path(__file__).resolve().parent.parent / "tests" / "vectors" / "logo"
 ORIGIN = "ucblogo 6.2.2"
 _MARK = "@@error"
+_BEGINNING = 'make "..b [] buryname "..b make "..b buried'
 _TIMEOUT_S = 6  # for one process
 _BATCH = 50  # programs that one process runs at most
 
@@ -35,8 +36,11 @@ def _main_program(folder: Path, index: int) -> str:
             f'catch "error [load "{folder}/case{index}.lg]',
             'make "..e error',
             f'if not emptyp :..e [print "{_MARK} print item 1 :..e print item 2 :..e show item 3 :..e]',
-            "setwrite []",
-            f'close "{folder}/out{index}',
+            "setwrite [] setread [] setprefix [] nodribble",
+            "closeall",
+            "untrace traced unstep stepped",
+            "unburyall",
+            "bury :..b",  # what was buried when it began; the library is loaded again as it is needed
             "erall",
         ]
     )
@@ -49,9 +53,12 @@ def ask(programs: list[str]) -> list[dict[str, Any] | None]:
         for index, program in enumerate(programs):
             (folder / f"case{index}.lg").write_text(program + "\n", encoding="utf-8")
         lines = [_main_program(folder, index) for index in range(len(programs))]
-        (folder / "main.lg").write_text("\n".join([*lines, "bye", ""]), encoding="utf-8")
+        (folder / "main.lg").write_text("\n".join([_BEGINNING, *lines, "bye", ""]), encoding="utf-8")
         command = ["xvfb-run", "-a", "timeout", str(_TIMEOUT_S), "ucblogo", str(folder / "main.lg")]
-        subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        (folder / "work").mkdir()  # where the files are that programs write
+        subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, check=False, cwd=folder / "work"
+        )
         return [
             _read_answer(folder / f"out{index}", folder / f"out{index + 1}") for index in range(len(programs))
         ]

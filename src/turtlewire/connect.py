@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple, overload
 
-from turtlewire import configuration
-from turtlewire.configuration import PTY, Target
 from turtlewire.errors import TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
-    from turtlewire.configuration import AnySettings
+    from turtlewire.configuration import AnySettings, Target
     from turtlewire.links.link import Link
     from turtlewire.robots.car import AsyncCar, Car
     from turtlewire.robots.car import Settings as CarSettings
@@ -133,8 +131,10 @@ async def connect_async(
 
 
 def _target(url: str | Target, settings: AnySettings | None) -> Target:
-    if isinstance(url, Target):
+    if not isinstance(url, str):
         return url
+    from turtlewire import configuration
+
     return configuration.target(url, "walter" if settings is None else configuration.protocol_of(settings))
 
 
@@ -257,6 +257,7 @@ def stop_all(
 
 
 async def _stop(target: Target, settings: AnySettings | None) -> Stopped:
+    from turtlewire.configuration import PTY
     from turtlewire.robots import walter
 
     if target.is_simulated:

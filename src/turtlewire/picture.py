@@ -13,7 +13,7 @@ import math
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from turtlewire import whole_file
+from turtlewire import animation, whole_file
 from turtlewire.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
@@ -106,8 +106,9 @@ def save(
     title: str = "",
     obstacles: Sequence[Obstacle] = (),
     others: Sequence[Trace] = (),
+    moves: bool = False,
 ) -> None:
-    """Write a picture; the suffix of the path, .svg or .png, says which kind.
+    """Write a picture; the suffix of the path, .svg or .png, says which kind; ``moves`` as for ``svg``.
 
     The file appears whole or not at all: an old picture survives a full disk.
 
@@ -116,7 +117,7 @@ def save(
         OutputError: the file cannot be written.
     """
     kind = format_of(path)
-    text = svg(trace, title=title, obstacles=obstacles, others=others)
+    text = svg(trace, title=title, obstacles=obstacles, others=others, moves=moves)
     data = png(text) if kind == ".png" else text.encode()
     try:
         whole_file.replace(path, data)
@@ -154,6 +155,7 @@ def svg(
     title: str = "",
     obstacles: Sequence[Obstacle] = (),
     others: Sequence[Trace] = (),
+    moves: bool = False,
 ) -> str:
     """The picture as SVG text.
 
@@ -162,6 +164,7 @@ def svg(
         title: what a viewer shows as its name.
         obstacles: what stands around the turtle.
         others: what other turtles drew on the same ground.
+        moves: let the lines be drawn before the viewer's eyes, in their order, where nobody has asked for less motion.
 
     Raises:
         OutputError: the drawing has no finite size.
@@ -179,12 +182,16 @@ def svg(
         for obstacle in obstacles:
             _draw_obstacle(drawsvg, standing, obstacle, layout)
         drawing.append(standing)
+    if moves:
+        drawing.append_css(animation.LINES)
     travel = drawsvg.Group(id="travel", stroke=TRAVEL, stroke_width=1.1, stroke_dasharray="5 5", **lines)
     drawing.append(travel)
     for number, each in enumerate([trace, *others]):
         ink = drawsvg.Group(id=_id("ink", number), stroke=_ink(number), stroke_width=2, **lines)
-        for stroke in each.strokes:
-            (ink if stroke.pen_down else travel).append(drawsvg.Path(_path(stroke, layout)))
+        total_s = animation.duration_s(each) if moves else 0.0
+        for stroke, moment in zip(each.strokes, animation.moments(each.strokes, total_s), strict=True):
+            shown = _shown(stroke, moment) if moves else {}
+            (ink if stroke.pen_down else travel).append(drawsvg.Path(_path(stroke, layout), **shown))
         drawing.append(ink)
     scale = drawsvg.Group(id="scale", stroke=SCALE, stroke_width=1.6, **lines)
     _draw_scale(drawsvg, scale, layout)
@@ -192,8 +199,17 @@ def svg(
     for number, each in enumerate([trace, *others]):
         place = layout.place(each.pose.x_mm, each.pose.y_mm)
         heading = f"{round(each.pose.heading_deg, 2):g}"
-        turtle = drawsvg.Group(id=_id("turtle", number), transform=f"translate({place}) rotate({heading})")
-        _draw_turtle(drawsvg, turtle, _ink(number) if number else SHELL)
+        at = {"transform": f"translate({place}) rotate({heading})"}
+        shell = _ink(number) if number else SHELL
+        if moves and each.strokes:
+            name, at["class_"] = _id("moving", number), _id("arrived", number)
+            way, total_s = _way(each, layout), animation.duration_s(each)
+            drawing.append_css(animation.turtle(way, total_s, name, at["class_"]))
+            moving = drawsvg.Group(id=name, class_=name, visibility="hidden")
+            _draw_turtle(drawsvg, moving, shell)
+            drawing.append(moving)
+        turtle = drawsvg.Group(id=_id("turtle", number), **at)
+        _draw_turtle(drawsvg, turtle, shell)
         drawing.append(turtle)
     text = drawing.as_svg()
     assert isinstance(text, str)
@@ -277,6 +293,18 @@ def _path(stroke: Stroke, layout: Layout) -> str:
     if len(points) == 1:
         points *= 2  # a dot is a line of no length, with round ends
     return "M" + " ".join(points)
+
+
+def _way(trace: Trace, layout: Layout) -> str:
+    """All that the turtle went, with its pen up or down, as path data."""
+    return "M" + " ".join(_path(stroke, layout)[1:] for stroke in trace.strokes)
+
+
+def _shown(stroke: Stroke, moment: animation.Moment) -> dict[str, Any]:
+    """What makes a line be drawn at its moment; a dot, or travel, just appears then."""
+    if not stroke.pen_down or len(set(stroke.points)) == 1:
+        return {"class_": "way", "style": moment.style()}
+    return {"class_": "ink", "pathLength": 1, "style": moment.style()}
 
 
 def _draw_scale(drawsvg: Any, group: Any, layout: Layout) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tools.firmware import budgets
 from turtlewire.links.memory import MemoryLink
 from turtlewire.protocols.walter import messages as m
 from turtlewire.protocols.walter.codec import encode
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 LAMP = 13
 SWITCHES = {"front": 14, "back": 15, "left": 16, "right": 17}
 BOOTED_S = 0.12
-# From the first build, and a tenth.
-FLASH_BYTES, RAM_BYTES, STACK_BYTES = 12749, 457, 200
 
 
 @pytest.fixture
@@ -193,13 +192,11 @@ def test_what_may_be_sent_ahead_fits(chip: Chip) -> None:
     assert chip.level(LAMP) == 1
 
 
-def test_its_size(built: Callable[[str], Built], chip: Chip) -> None:
+def test_its_stack(built: Callable[[str], Built], chip: Chip) -> None:
     program = built("Walter")
-    assert program.flash_bytes <= FLASH_BYTES <= 16384
-    assert program.ram_bytes <= RAM_BYTES <= 900
     chip.receive(encode(m.GoTo(20, 30)) + encode(m.HornHigh()))
     ask(chip, m.QueryLocation())
-    assert 2048 - program.ram_bytes - chip.untouched_bytes <= STACK_BYTES
+    assert 2048 - program.ram_bytes - chip.untouched_bytes <= budgets()["Walter"].stack
 
 
 def test_the_driver_draws_with_it(chip: Chip) -> None:
@@ -238,10 +235,9 @@ def test_without_a_single_answer_it_is_drawn_with_too(built: Callable[[str], Bui
         await robot.close()
 
     program = built("WalterBasic")
-    assert program.flash_bytes <= 6994
-    assert program.ram_bytes <= 376
     with Chip(program.elf, m.BAUD) as chip:
         asyncio.run(main(chip))
+        assert 2048 - program.ram_bytes - chip.untouched_bytes <= budgets()["WalterBasic"].stack
         assert len(steps(chip)) == pytest.approx(4 * (320 + math.pi * 140 / 4 * 16), abs=8)
         x_mm, y_mm, heading_deg = pose(chip)
         assert math.hypot(x_mm, y_mm) < 0.3

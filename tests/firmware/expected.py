@@ -151,8 +151,14 @@ def _without_stale(event: str) -> str:
 def walter(
     expected: Expected, pieces: list[bytes], mode: Mode, groups: frozenset[str], takes: Iterable[int]
 ) -> None:
-    robot = WalterRobot(mode, groups)
     expected.add(f"walter {mode.value} {sum(GROUP_BITS[group] for group in groups)}", [])
+    walter_receives(expected, WalterRobot(mode, groups), pieces, takes)
+
+
+def walter_receives(
+    expected: Expected, robot: WalterRobot, pieces: Iterable[bytes], takes: Iterable[int]
+) -> None:
+    """Bytes arrive; after each piece so many commands are taken."""
     take = iter(takes)
     for piece in pieces:
         at_once = robot.receive_data(piece)

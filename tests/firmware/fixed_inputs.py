@@ -7,12 +7,15 @@ traffic from fixed seeds, whole and damaged.
 from __future__ import annotations
 
 import random
+from functools import cache
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from turtlewire.protocols.frame.codec import frame_bytes
 from turtlewire.protocols.frame.dialect import SHIPPED, TO_ROBOT, shipped
 from turtlewire.protocols.message import Field
+from turtlewire.protocols.simple import messages as s
+from turtlewire.protocols.walter import messages as w
 from turtlewire.protocols.walter.codec import Mode, encode
 from turtlewire.protocols.walter.messages import (
     DIRECT_KEYS,
@@ -28,8 +31,20 @@ from turtlewire.protocols.walter.messages import (
     XReply,
     YReply,
 )
+from turtlewire.protocols.walter.robot import Robot as WalterRobot
 
-from .expected import Expected, Telemetry, frame, is_valid, sends, simple, to_robot, vectors, walter
+from .expected import (
+    Expected,
+    Telemetry,
+    frame,
+    is_valid,
+    sends,
+    simple,
+    to_robot,
+    vectors,
+    walter,
+    walter_receives,
+)
 
 if TYPE_CHECKING:
     from turtlewire.protocols.frame.dialect import Dialect, Entry
@@ -40,6 +55,7 @@ ALL = frozenset("CQHE")
 SEEDS = 60
 
 
+@cache
 def fixed() -> dict[str, Expected]:
     """The commands for each protocol, and what each of them has to lead to."""
     return {"simple": of_simple(), "walter": of_walter(), "frame": of_frame()}
@@ -83,6 +99,7 @@ def of_simple() -> Expected:
     for extended in (False, True):
         simple(expected, [*letters, *places, *values, *lights], extended)
         expected.add("stop", ["drive 0", "steer 0"], pending=0)
+        expected.add("constants", [f"baud {s.BAUD} window {s.MAX_WINDOW}"])
     chance = random.Random(1)
     for _ in range(SEEDS):
         commands = chance.choices([*places, *values, *lights], k=20)
@@ -129,6 +146,9 @@ def of_walter() -> Expected:
     for size in (*range(60, 68), *range(124, 132), 200):
         for begin in (b"!", b"P", b"F\x00\x00", b""):
             walter(expected, [begin + b"x" * size, b"F\x00\x01\r", b"\n\rPU\r"], Mode.LOGO, ALL, [2, 2, 2])
+    expected.add("walter", [], mode="logo")
+    walter_receives(expected, WalterRobot(), lines, [1] * len(lines))
+    expected.add("constants", [f"baud {w.BAUD} speed {w.DEFAULT_SPEED}"])
     of_queue(expected)
     of_replies(expected)
     chance = random.Random(2)
@@ -219,6 +239,13 @@ def of_frame() -> Expected:
 def of_messages(expected: Expected, name: str) -> None:
     dialect = shipped(name)
     robot = Telemetry(expected, name)
+    layouts = [f"type {entry.type} size {entry.layout.size}" for entry in dialect.entries]
+    counts = "".join(f" {name} {number}" for name, number in sorted(dialect.counts.items()))
+    named = [
+        f"{name} " + " ".join(str(+each) for each in each_of)
+        for name, each_of in dialect.enumerations.items()
+    ]
+    expected.add("constants", [f"baud {dialect.baud}{counts}", *named, *layouts])
     for entry in dialect.entries:
         for payload in payloads(dialect, entry):
             robot.show(payload)

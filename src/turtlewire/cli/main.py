@@ -3,27 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import sys
-import traceback
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import (
-    calibrate,
-    decode,
-    dialect,
-    doctor,
-    drive,
-    encode,
-    firmware,
-    identify,
-    monitor,
-    output,
-    ports,
-    robots,
-    run,
-    simulate,
-    stop,
-)
+from turtlewire.cli import output
 from turtlewire.cli.signals import INTERRUPTED, Interrupted, Signals
 from turtlewire.errors import TurtlewireError
 
@@ -43,6 +27,24 @@ exit codes:
   0 done, 1 the program or its data is wrong, 2 usage, 3 robot or link, 130 interrupted
 """
 USAGE = 2
+# Each is a module beside this one, loaded when it is wanted; in this order they are listed.
+COMMANDS = (
+    "run",
+    "logo",
+    "drive",
+    "calibrate",
+    "simulate",
+    "stop",
+    "doctor",
+    "ports",
+    "robots",
+    "encode",
+    "decode",
+    "identify",
+    "monitor",
+    "dialect",
+    "firmware",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -50,7 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     output.prepare()
     sys.excepthook = _tell_of_bug
     arguments = sys.argv[1:] if arguments is None else arguments
-    parser = _parser()
+    # To load the others takes longer than many a program.
+    parser = _parser(arguments[:1] if arguments and arguments[0] in COMMANDS else COMMANDS)
     if not arguments:
         output.tell(parser.format_help())
         return USAGE
@@ -65,12 +68,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             output.tell("\n".join([f"turtlewire: {error}", *getattr(error, "__notes__", [])]))
             return error.exit_code
         except Interrupted as error:
-            output.tell(f"turtlewire: interrupted ({error})")
+            output.tell("\n".join([f"turtlewire: interrupted ({error})", *getattr(error, "__notes__", [])]))
             return INTERRUPTED
     return code
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(names: Sequence[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="turtlewire",
         description="Drive, program and trust any small serial robot.",
@@ -79,23 +82,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (
-        run,
-        drive,
-        calibrate,
-        simulate,
-        stop,
-        doctor,
-        ports,
-        robots,
-        encode,
-        decode,
-        identify,
-        monitor,
-        dialect,
-        firmware,
-    ):
-        command.add_parser(commands)
+    for name in names:
+        importlib.import_module(f"turtlewire.cli.{name}").add_parser(commands)
     return parser
 
 
@@ -114,6 +102,8 @@ def _tell_of_bug(kind: type[BaseException], error: BaseException, where: Traceba
     if sys.flags.dev_mode:
         sys.__excepthook__(kind, error, where)
         return
+    import traceback
+
     frames = traceback.extract_tb(where)
     place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
     output.tell(

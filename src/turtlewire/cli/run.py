@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import random
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import options
+from turtlewire.cli import options, program
 from turtlewire.cli.progress import Bar
 from turtlewire.cli.report import Report
 from turtlewire.cli.signals import Interrupted
 from turtlewire.errors import (
-    DataError,
     LinkClosedError,
     LinkError,
     LinkLostError,
@@ -95,7 +93,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Run the program. Whatever happens, the robot is stopped, the pictures are written, and it is told."""
-    name = "standard input" if arguments.program == "-" else arguments.program
+    name = program.name_of(arguments.program)
     report = Report(name, as_json=arguments.json)
     run = _Run(arguments, signals, report)
     try:
@@ -138,7 +136,7 @@ class _Run:
         arguments, report = self._arguments, self._report
         target = _target(arguments)
         report.meets(target)
-        source = _read(arguments.program)
+        source = program.read(arguments.program)
         for path in arguments.picture:
             picture.check(path)
         try:
@@ -216,22 +214,6 @@ class _Run:
                 self.not_drawn.append(error)
             else:
                 self._report.drawn(path)
-
-
-def _read(program: str) -> str:
-    """The text of a program."""
-    try:
-        data = Path(program).read_bytes() if program != "-" else sys.stdin.buffer.read() if sys.stdin else b""
-        # Windows' Notepad begins a file with a mark, and ends lines with CR LF.
-        return data.decode("utf-8-sig").replace("\r\n", "\n")
-    except OSError as error:
-        raise DataError(f"cannot read the program {program}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise DataError(
-            f"{program} is not text in UTF-8: in line {line}, byte {error.start} is {error.object[error.start]:02X}. "
-            "Save it as UTF-8"
-        ) from error
 
 
 def _target(arguments: argparse.Namespace) -> Target:

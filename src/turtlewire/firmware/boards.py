@@ -44,6 +44,18 @@ BOARDS = {
             30720,
             2048,
             "arduino",
+            115200,
+        ),
+        # What Arduino's menus call the old bootloader: before 2018, and on many copies to this day.
+        Board(
+            "nano-old",
+            "arduino:avr:nano:cpu=atmega328old",
+            "atmega328p",
+            "AVR_NANO",
+            "eightanaloginputs",
+            30720,
+            2048,
+            "arduino",
             57600,
         ),
         Board(

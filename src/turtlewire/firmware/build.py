@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.errors import DataError, OutputError, UsageError
 from turtlewire.firmware.boards import FREQUENCY_HZ, Board
+from turtlewire.firmware.elf import sizes
 from turtlewire.firmware.sketches import Sketch, library
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ TOOLS_ADVICE = (
     "install arduino-cli (https://arduino.github.io/arduino-cli, then `arduino-cli core install arduino:avr`), or on "
     "Debian and Ubuntu `apt install gcc-avr avr-libc binutils-avr arduino-core-avr avrdude`"
 )
+TOOLCHAIN = ("avr-gcc", "avr-g++", "avr-gcc-ar", "avr-objcopy")
 # What Arduino's own tools use, so that a program is the same whoever builds it.
 OPTIMISE = ["-Os", "-ffunction-sections", "-fdata-sections", "-flto", "-fno-fat-lto-objects"]
 # The core of 1.8.x names a macro that avr-gcc 5.4 has under another name only.
@@ -70,35 +73,32 @@ def build(sketch: Sketch, board: Board, folder: Path, tool: str | None = None) -
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix="turtlewire-") as work:
-            elf, hex_file = BUILDERS[name](sketch, board, Path(work))
-            kept = [
-                Path(shutil.copy(made, folder / f"{sketch.name}{made.suffix}")) for made in (elf, hex_file)
-            ]
+            made = BUILDERS[name](sketch, board, Path(work))
+            flash_bytes, ram_bytes = sizes(made[0])
+            _check_fit(sketch, board, flash_bytes, ram_bytes)
+            elf, hex_file = (Path(shutil.copy(path, folder / f"{sketch.name}{path.suffix}")) for path in made)
     except OSError as error:
         raise OutputError(f"cannot build in {error.filename or folder}: {error.strerror or error}") from error
-    flash_bytes, ram_bytes = sizes(kept[0])
+    return Built(sketch.name, board, name, elf, hex_file, flash_bytes, ram_bytes)
+
+
+def _check_fit(sketch: Sketch, board: Board, flash_bytes: int, ram_bytes: int) -> None:
     for used, most, what in ((flash_bytes, board.flash_bytes, "flash"), (ram_bytes, board.ram_bytes, "RAM")):
         if used > most:
             raise DataError(f"{sketch.name} takes {used} bytes of {what}, but the {board.name} has {most}")
-    return Built(sketch.name, board, name, kept[0], kept[1], flash_bytes, ram_bytes)
 
 
 def is_there(tool: str) -> bool:
     """Whether a tool, and what it needs, is on this computer."""
-    return shutil.which(tool) is not None and (tool == "arduino-cli" or core().is_dir())
+    if tool == "arduino-cli":
+        return shutil.which(tool) is not None
+    needed = [tool, *TOOLCHAIN]
+    return all(shutil.which(each) for each in needed) and core().is_dir()
 
 
 def core() -> Path:
     """The folder of Arduino's core for AVR."""
     return Path(os.environ.get(CORE_VARIABLE, HARDWARE / "arduino" / "avr"))
-
-
-def sizes(elf: Path) -> tuple[int, int]:
-    """How many bytes of flash and of RAM a program takes."""
-    told = run(["avr-size", "-A", str(elf)])
-    parts = {name: int(size) for name, size in re.findall(r"^\.(\w+)\s+(\d+)", told, re.MULTILINE)}
-    data = parts.get("data", 0)
-    return parts.get("text", 0) + data, data + parts.get("bss", 0) + parts.get("noinit", 0)
 
 
 def run(command: Sequence[str], failure: str = "") -> str:
@@ -129,20 +129,38 @@ def _by_arduino_builder(sketch: Sketch, board: Board, work: Path) -> tuple[Path,
 def _by_avr_gcc(sketch: Sketch, board: Board, work: Path) -> tuple[Path, Path]:
     """Arduino's core as an archive, our sources with all warnings, the sketch; linked together."""
     archive = _core_archive(board)
-    sources = sorted((library() / "src" / "turtlewire").glob("*.cpp"))
-    sources += sorted(path for path in sketch.path.parent.glob("*.cpp"))
+    (work / "library").mkdir()
+    beside = sorted(path for path in sketch.path.parent.iterdir() if path.suffix in (".c", ".cpp", ".S"))
+    ours = sorted((library() / "src" / "turtlewire").glob("*.cpp"))
+    sources = [(path, work) for path in (_joined(sketch, work), *beside)]
+    sources += [(path, work / "library") for path in ours]
     objects = [
-        str(_compiled(source, board, work, "-Wall", "-Wextra", name=sketch.name)) for source in sources
+        str(_compiled(source, board, place, "-Wall", "-Wextra", f"-I{sketch.path.parent}", name=sketch.name))
+        for source, place in sources
     ]
-    # A .ino is C++ that begins with this header; prototypes it has to write itself.
-    made = _compiled(
-        sketch.path, board, work, "-Wall", "-Wextra", "-x", "c++", "-include", "Arduino.h", name=sketch.name
-    )
     elf, hex_file = work / f"{sketch.name}.elf", work / f"{sketch.name}.hex"
     link = ["avr-gcc", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections", f"-mmcu={board.chip}"]
-    run([*link, "-o", str(elf), str(made), *objects, str(archive), "-lm"], f"{sketch.name} does not link")
+    try:
+        run([*link, "-o", str(elf), *objects, str(archive), "-lm"], f"{sketch.name} does not link")
+    except DataError as error:
+        _, _, said = str(error).partition("\n")
+        if re.search("region `(text|data)'", said):
+            raise DataError(f"{sketch.name} is too big for the {board.name}:\n{said}") from None
+        raise
     run(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", str(elf), str(hex_file)])
     return elf, hex_file
+
+
+def _joined(sketch: Sketch, work: Path) -> Path:
+    """A sketch as C++: Arduino's header, its main file, then the others by name. Prototypes it has to write itself."""
+    others = sorted(path for path in sketch.path.parent.glob("*.ino") if path.name != sketch.path.name)
+    made = work / f"{sketch.name}.ino.cpp"
+    text = "".join(
+        f"#line 1 {json.dumps(str(path))}\n{path.read_text('utf-8', 'replace')}\n"
+        for path in (sketch.path, *others)
+    )
+    made.write_text(f"#include <Arduino.h>\n{text}", "utf-8")
+    return made
 
 
 def _compiled(source: Path, board: Board, work: Path, *flags: str, name: str) -> Path:

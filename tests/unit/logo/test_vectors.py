@@ -28,7 +28,8 @@ def cases() -> list[Any]:
 
 
 @pytest.mark.parametrize("case", cases())
-def test_program(case: dict[str, Any]) -> None:
+def test_program(case: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # for the files that programs write
     written: list[str] = []
     error = None
     interpreter = Interpreter(ScreenTurtle(), write=written.append, random=random.Random(0))

@@ -24,7 +24,7 @@ namespace {
 
 using namespace frame_frame_robot;
 
-const uint16_t WATCHDOG_MS = 0;  // 0: none. Else: no frame for so long, empty ones included, stops the engines
+const uint16_t WATCHDOG_MS = 0;     // 0: none. Else: no frame for so long, empty ones included, stops the engines
 const uint16_t SELF_TEST_MS = 100;  // the LED, at power-on
 const uint16_t STATUS_MS = 100;
 const uint8_t PWM_PINS[] = {5, 6};
@@ -42,7 +42,7 @@ uint16_t pulse(uint8_t degrees) { return static_cast<uint16_t>(999 + degrees * 4
 void begin_servos() {
   TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM11);
   TCCR1B = _BV(WGM13) | _BV(WGM12);
-  ICR1 = 39999;  // can be written in this mode only
+  ICR1 = 39999;         // can be written in this mode only
   TCCR1B |= _BV(CS11);  // now it runs
   OCR1A = OCR1B = pulse(90);
   pinMode(SERVO_PINS[0], OUTPUT);
@@ -51,9 +51,7 @@ void begin_servos() {
 
 // What the messages do to the pins.
 struct Machine {
-  void message(const SetServoPosition& servo) {
-    (servo.servo_id == 0 ? OCR1A : OCR1B) = pulse(servo.position_deg);
-  }
+  void message(const SetServoPosition& servo) { (servo.servo_id == 0 ? OCR1A : OCR1B) = pulse(servo.position_deg); }
   void message(const EngineForward& engine) { turn(engine.engine_id, HIGH, engine.speed); }
   void message(const EngineBackward& engine) { turn(engine.engine_id, LOW, engine.speed); }
   void heard() { heard_ms = millis(); }

@@ -24,16 +24,16 @@ namespace {
 
 using namespace turtlewire::walter;
 
-const uint32_t BAUD_RATE = BAUD;     // 9600; the host is to be told of another one
-const uint32_t WATCHDOG_MS = 0;      // 0: none. Else: nothing valid for so long stops the robot
-const float STEPS_PER_MM = 16.0F;    // microsteps a turn of the motor / circumference of the wheel in mm
-const float TRACK_MM = 140.0F;       // between the wheels' points of contact
-const uint16_t PEN_UP_US = 1000;     // the servo's pulses
+const uint32_t BAUD_RATE = BAUD;   // 9600; the host is to be told of another one
+const uint32_t WATCHDOG_MS = 0;    // 0: none. Else: nothing valid for so long stops the robot
+const float STEPS_PER_MM = 16.0F;  // microsteps a turn of the motor / circumference of the wheel in mm
+const float TRACK_MM = 140.0F;     // between the wheels' points of contact
+const uint16_t PEN_UP_US = 1000;   // the servo's pulses
 const uint16_t PEN_DOWN_US = 1600;
-const uint16_t PEN_MS = 100;         // how long it takes to get there
+const uint16_t PEN_MS = 100;  // how long it takes to get there
 const uint16_t HORN_LOW_HZ = 440;
 const uint16_t HORN_HIGH_HZ = 880;
-const uint16_t SELF_TEST_MS = 100;   // the lamp, at power-on
+const uint16_t SELF_TEST_MS = 100;  // the lamp, at power-on
 
 const uint8_t ENABLE_PIN = 6;
 const uint8_t HORN_PIN = 8;
@@ -103,7 +103,7 @@ struct Turtle {
   uint8_t turn_speed = DEFAULT_SPEED;
   bool is_pen_down = false;
 
-  Leg legs[3];
+  Leg legs[3] = {};
   uint8_t legs_left = 0;
   Leg leg = {false, 0.0F};
   bool is_moving = false;
@@ -112,7 +112,7 @@ struct Turtle {
   bool is_waiting = false;
   uint32_t waits_until_ms = 0;
   uint8_t pressed = 0;  // the switches, a bit each
-  uint8_t out[8];
+  uint8_t out[8] = {};
 };
 
 Turtle turtle;

@@ -28,7 +28,7 @@ const float STEPS_PER_MM = 16.0F;  // microsteps a turn of the motor / circumfer
 const float TRACK_MM = 140.0F;     // between the wheels' points of contact
 const uint16_t PEN_UP_US = 1000;   // the servo's pulses
 const uint16_t PEN_DOWN_US = 1600;
-const uint16_t PEN_MS = 100;       // how long it takes to get there
+const uint16_t PEN_MS = 100;  // how long it takes to get there
 
 const uint8_t ENABLE_PIN = 6;
 const float STEPS_PER_DEG = static_cast<float>(PI) * TRACK_MM * STEPS_PER_MM / 360.0F;

@@ -50,10 +50,18 @@ bool wanted(const std::string& command, bool extended, Car& car) {
   const std::string number = command.substr(1, 3);
   const bool in_range = all_digits(number) && std::stoi(number) <= 255;
   switch (command[0]) {
-    case 'F': return in_range && (car.note("drive", std::stoi(number)), true);
-    case 'B': return in_range && (car.note("drive", -std::stoi(number)), true);
-    case 'L': return in_range && (car.note("steer", -std::stoi(number)), true);
-    case 'R': return in_range && (car.note("steer", std::stoi(number)), true);
+    case 'F':
+    case 'B':
+    case 'L':
+    case 'R': {
+      if (!in_range) {
+        return false;
+      }
+      const int value = std::stoi(number);
+      const bool is_steering = command[0] == 'L' || command[0] == 'R';
+      car.note(is_steering ? "steer" : "drive", command[0] == 'F' || command[0] == 'R' ? value : -value);
+      return true;
+    }
     case 'S': car.done = "drive 0 steer 0 "; return true;
     case 'H': {
       std::string lights = command.substr(1, 4);

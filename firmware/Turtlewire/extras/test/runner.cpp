@@ -1,9 +1,10 @@
 // The robots' ends on a PC, for tests of any language: commands on standard input, what comes of them on standard output.
 //
 //   simple [LETTER]           a new robot; LETTER: an extension command, twice 000..180 (S10)
-//   walter logo|direct MASK   a new robot with these groups (bits C 1, Q 2, H 4, E 8)
+//   walter [logo|direct MASK] a new robot with these groups (bits C 1, Q 2, H 4, E 8)
 //   frame DIALECT             a new robot: 0.1, 0.1-literal or telemetry
 //   bytes HEX [MS]            bytes arrive, at a time in milliseconds
+//   constants                 what the headers say besides
 //   stop                      simple: what a watchdog does
 //   take                      walter: the next command, or `none`
 //   abandon                   walter: forget the queue
@@ -83,10 +84,13 @@ class SimpleRobot : public Robot {
   }
   void show() override { printf("= pending %u\n", robot_.parser().pending()); }
   bool command(const char* word, const char* /* first */, const char* /* second */) override {
-    if (!is(word, "stop")) {
+    if (is(word, "stop")) {
+      robot_.stop();
+    } else if (is(word, "constants")) {
+      printf("baud %" PRIu32 " window %u\n", simple::BAUD, simple::MAX_WINDOW);
+    } else {
       return false;
     }
-    robot_.stop();
     return true;
   }
 
@@ -96,6 +100,7 @@ class SimpleRobot : public Robot {
 
 class WalterRobot : public Robot {
  public:
+  WalterRobot() : robot_(*this), heard_(0) {}
   WalterRobot(walter::Mode mode, uint8_t groups) : robot_(*this, mode, groups), heard_(0) {}
 
   void key(const walter::Message& message) { show_message("key", message); }
@@ -103,11 +108,13 @@ class WalterRobot : public Robot {
 
   void receive(uint8_t byte, uint32_t /* now_ms */) override { heard_ += robot_.receive(byte) ? 1U : 0U; }
   bool command(const char* word, const char* first, const char* second) override {
-    uint8_t bytes[7];
+    uint8_t bytes[7] = {};
     if (is(word, "take")) {
       take();
     } else if (is(word, "abandon")) {
       robot_.abandon();
+    } else if (is(word, "constants")) {
+      printf("baud %" PRIu32 " speed %u\n", walter::BAUD, walter::DEFAULT_SPEED);
     } else if (is(word, "reply")) {
       show_reply(bytes, walter::reply_u16(static_cast<uint8_t>(first[0]), static_cast<uint16_t>(atol(second)), bytes));
     } else if (is(word, "location")) {
@@ -152,12 +159,42 @@ class WalterRobot : public Robot {
   unsigned heard_;
 };
 
-uint8_t no_telemetry(uint8_t /* type */) { return 0; }
+// What the headers of dialects have besides messages.
+struct Traits01 {
+  typedef frame_0_1::Dialect Dialect;
+  static uint8_t telemetry_size(uint8_t /* type */) { return 0; }
+  static void show_constants() {
+    using namespace frame_0_1;
+    printf("baud %" PRIu32 " engines %u servos %u\n", BAUD, COUNT_ENGINES, COUNT_SERVOS);
+  }
+};
+
+struct TraitsLiteral {
+  typedef frame_0_1_literal::Dialect Dialect;
+  static uint8_t telemetry_size(uint8_t /* type */) { return 0; }
+  static void show_constants() {
+    using namespace frame_0_1_literal;
+    printf("baud %" PRIu32 " engines %u servos %u\n", BAUD, COUNT_ENGINES, COUNT_SERVOS);
+  }
+};
+
+struct TraitsTelemetry {
+  typedef frame_telemetry::Dialect Dialect;
+  static uint8_t telemetry_size(uint8_t type) { return frame_telemetry::telemetry_size(type); }
+  static void show_constants() {
+    using namespace frame_telemetry;
+    printf("baud %" PRIu32 " servos %u\n", BAUD, COUNT_SERVOS);
+    printf("state %u %u %u %u\n", state::idle, state::driving, state::stopped, state::fault);
+    printf("tone %u %u %u\n", tone::off, tone::low, tone::high);
+  }
+};
 
 // A robot of a dialect, all of whose messages are named.
-template <class Dialect, uint8_t (*telemetry_size)(uint8_t), class... Messages>
+template <class Traits, class... Messages>
 class FrameRobot : public Robot {
  public:
+  typedef typename Traits::Dialect Dialect;
+
   FrameRobot() : robot_(*this) {}
 
   template <class Message>
@@ -180,6 +217,10 @@ class FrameRobot : public Robot {
   bool command(const char* word, const char* first, const char* /* second */) override {
     if (is(word, "pass")) {
       robot_.pass(time_ms(first));
+    } else if (is(word, "constants")) {
+      Traits::show_constants();
+      const int done[] = {(show_layout<Messages>(), 0)...};
+      static_cast<void>(done);
     } else if (is(word, "message")) {
       take_apart(first);
     } else if (is(word, "finish")) {
@@ -197,7 +238,7 @@ class FrameRobot : public Robot {
   void take_apart(const char* text) {
     uint8_t bytes[frame::MAX_PAYLOAD];
     const uint8_t size = read_hex(text, bytes, frame::MAX_PAYLOAD);
-    printf("sizes %u %u\n", Dialect::size(bytes[0]), telemetry_size(bytes[0]));
+    printf("sizes %u %u\n", Dialect::size(bytes[0]), Traits::telemetry_size(bytes[0]));
     if (size >= Dialect::size(bytes[0]) && !Dialect::dispatch(bytes, *this)) {
       printf("refused\n");
     }
@@ -206,15 +247,21 @@ class FrameRobot : public Robot {
   }
 
   template <class Message>
+  static void show_layout() {
+    printf("type %u size %u\n", +Message::TYPE, +Message::SIZE);
+  }
+
+  template <class Message>
   void read_as(const uint8_t* bytes, uint8_t size) {
-    Message message = Message();
-    if (!unpack(bytes, size, message)) {
+    Message read = Message();
+    if (!unpack(bytes, size, read)) {
       return;
     }
-    uint8_t again[Message::SIZE];
-    printf("%s ", valid(message) ? "valid" : "invalid");
-    show_hex(again, pack(message, again));
-    printf("%s\n", valid(message) && !sender_.add(message) ? " no room" : "");
+    uint8_t again[Message::SIZE] = {};
+    const uint8_t packed = pack(read, again);
+    printf("%s ", valid(read) ? "valid" : "invalid");
+    show_hex(again, packed);
+    printf("%s\n", valid(read) && !sender_.add(read) ? " no room" : "");
   }
 
   frame::Robot<Dialect, FrameRobot> robot_;
@@ -224,17 +271,16 @@ class FrameRobot : public Robot {
 Robot* frame_robot(const char* dialect) {
   if (is(dialect, "0.1")) {
     using namespace frame_0_1;
-    return new FrameRobot<Dialect, no_telemetry, SetServoPosition, EngineForward, EngineBackward>();
+    return new FrameRobot<Traits01, SetServoPosition, EngineForward, EngineBackward>();
   }
   if (is(dialect, "0.1-literal")) {
     using namespace frame_0_1_literal;
-    return new FrameRobot<Dialect, no_telemetry, SetServoPosition, EngineForward, EngineBackward,
-                          EngineDirectionUnknown>();
+    return new FrameRobot<TraitsLiteral, SetServoPosition, EngineForward, EngineBackward, EngineDirectionUnknown>();
   }
   if (is(dialect, "telemetry")) {
     using namespace frame_telemetry;
-    return new FrameRobot<Dialect, telemetry_size, SetServoPosition, SetWheelSpeeds, SetLamp, Beep, SetPidGains,
-                          Odometry, Status, Distance>();
+    return new FrameRobot<TraitsTelemetry, SetServoPosition, SetWheelSpeeds, SetLamp, Beep, SetPidGains, Odometry,
+                          Status, Distance>();
   }
   return nullptr;
 }
@@ -244,6 +290,9 @@ Robot* made(const char* kind, const char* first, const char* second) {
     return new SimpleRobot(static_cast<uint8_t>(first[0]));
   }
   if (is(kind, "walter")) {
+    if (first[0] == '\0') {
+      return new WalterRobot();
+    }
     return new WalterRobot(is(first, "direct") ? walter::DIRECT : walter::LOGO,
                            static_cast<uint8_t>(strtoul(second, nullptr, 10)));
   }

@@ -40,7 +40,7 @@ struct Statistics {
 template <class Dialect, class Handler>
 class Robot {
  public:
-  explicit Robot(Handler& handler) : handler_(handler), statistics_(), buffer_(), count_(0), due_(-1), last_ms_(0) {}
+  explicit Robot(Handler& handler) : handler_(handler) {}
 
   // Takes one byte that came at a time in milliseconds, of any clock that goes on and may wrap.
   void receive(uint8_t byte, uint32_t now_ms) {
@@ -72,7 +72,7 @@ class Robot {
         ++at;
         continue;
       }
-      const uint8_t rest = static_cast<uint8_t>(count_ - at);
+      const auto rest = static_cast<uint8_t>(count_ - at);
       const uint8_t* const start = buffer_ + at;
       if (rest >= HEADER && start[2] > MAX_PAYLOAD) {
         ++statistics_.oversized;
@@ -139,19 +139,17 @@ class Robot {
   }
 
   Handler& handler_;
-  Statistics statistics_;
-  uint8_t buffer_[MAX_FRAME];
-  uint8_t count_;
-  int16_t due_;  // the next sequence number, or -1 before the first frame
-  uint32_t last_ms_;
+  Statistics statistics_{};
+  uint8_t buffer_[MAX_FRAME]{};
+  uint8_t count_ = 0;
+  int16_t due_ = -1;  // the next sequence number, or -1 before the first frame
+  uint32_t last_ms_ = 0;
 };
 
 // Messages to frames: telemetry, where the dialect has some (F11). Counts the sequence number (F6).
 template <class Dialect>
 class Sender {
  public:
-  Sender() : frame_(), seq_(0), size_(0) {}
-
   // Adds a message to the frame that is being made; false: there is no room, send it first (F9).
   template <class Message>
   bool add(const Message& message) {
@@ -173,9 +171,9 @@ class Sender {
   const uint8_t* data() const { return frame_; }
 
  private:
-  uint8_t frame_[MAX_FRAME];
-  uint8_t seq_;
-  uint8_t size_;
+  uint8_t frame_[MAX_FRAME]{};
+  uint8_t seq_ = 0;
+  uint8_t size_ = 0;
 };
 
 }  // namespace frame

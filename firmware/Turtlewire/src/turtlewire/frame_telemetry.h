@@ -103,7 +103,7 @@ struct SetServoPosition {
 };
 
 inline bool valid(const SetServoPosition& message) {
-  return message.servo_id <= 0 && message.position_deg <= 180;
+  return message.servo_id == 0 && message.position_deg <= 180;
 }
 
 inline uint8_t pack(const SetServoPosition& message, uint8_t* out) {

@@ -25,7 +25,8 @@ uint8_t Parser::receive(uint8_t byte) {
 uint16_t Parser::number(uint8_t position) const {
   uint16_t value = 0;
   for (uint8_t at = position; at < position + 3; ++at) {
-    value = static_cast<uint16_t>(value * 10U + (command_[at] - '0'));
+    const auto digit = static_cast<uint8_t>(command_[at] - '0');
+    value = static_cast<uint16_t>(value * 10U + digit);
   }
   return value;
 }

@@ -15,9 +15,9 @@ namespace simple {
 class Parser {
  public:
   // Whether seven bytes with a letter of one's own are a valid command (S10).
-  typedef bool (*Extension)(const uint8_t* command);
+  using Extension = bool (*)(const uint8_t* command);
 
-  explicit Parser(Extension extension = nullptr) : extension_(extension), count_(0), command_() {}
+  explicit Parser(Extension extension = nullptr) : extension_(extension) {}
 
   // Takes one byte. Returns 0 while a command is incomplete, then ACCEPTED or REJECTED: exactly one after every
   // seven bytes (S4). Until the next byte, the command can be looked at.
@@ -38,8 +38,8 @@ class Parser {
   bool valid() const;
 
   Extension extension_;
-  uint8_t count_;
-  uint8_t command_[LENGTH];
+  uint8_t count_ = 0;
+  uint8_t command_[LENGTH]{};
 };
 
 // Whether `count` characters are ASCII digits.

@@ -34,8 +34,6 @@ void Parser::reset() {
   state_ = LETTERS;
   may_skip_lf_ = false;
   count_ = 0;
-  first_ = 0;
-  size_ = 0;
   taken_ = 0;
 }
 

@@ -30,7 +30,8 @@ struct Message {
   uint8_t u8() const { return arguments[0]; }
   // One of the 16-bit arguments, the first or second, big endian.
   uint16_t u16(uint8_t number = 0) const {
-    return static_cast<uint16_t>((static_cast<uint16_t>(arguments[2 * number]) << 8U) | arguments[2 * number + 1]);
+    const auto at = static_cast<uint8_t>(2U * number);
+    return static_cast<uint16_t>((static_cast<uint16_t>(arguments[at]) << 8U) | arguments[at + 1U]);
   }
   int16_t i16(uint8_t number = 0) const { return static_cast<int16_t>(u16(number)); }
 };
@@ -40,7 +41,7 @@ class Parser {
  public:
   enum Result : uint8_t { NOTHING, MESSAGE, MALFORMED };
 
-  explicit Parser(Mode mode = LOGO, uint8_t groups = ALL_GROUPS) : mode_(mode), groups_(groups), message_() { reset(); }
+  explicit Parser(Mode mode = LOGO, uint8_t groups = ALL_GROUPS) : mode_(mode), groups_(groups) {}
 
   // Takes one byte. After MESSAGE, message() is what it completed; an empty line is one (EMPTY_LINE).
   Result receive(uint8_t byte);
@@ -66,13 +67,13 @@ class Parser {
 
   Mode mode_;
   uint8_t groups_;
-  State state_;
-  bool may_skip_lf_;
-  uint8_t count_;
-  uint8_t first_;
-  uint8_t size_;
-  uint8_t taken_;
-  Message message_;
+  State state_ = LETTERS;
+  bool may_skip_lf_ = false;
+  uint8_t count_ = 0;
+  uint8_t first_ = 0;
+  uint8_t size_ = 0;
+  uint8_t taken_ = 0;
+  Message message_{};
 };
 
 // The parser, a queue for what is carried out in order (W9), and what may not wait. Handler has:
@@ -83,7 +84,7 @@ template <class Handler>
 class Robot {
  public:
   explicit Robot(Handler& handler, Mode mode = LOGO, uint8_t groups = ALL_GROUPS)
-      : handler_(handler), parser_(mode, groups), queue_(), first_(0), queued_(0), malformed_(0), overflowed_(0) {}
+      : handler_(handler), parser_(mode, groups) {}
 
   // Takes one byte. Returns whether it completed something valid, an empty line included: what feeds a watchdog.
   bool receive(uint8_t byte) {
@@ -139,11 +140,11 @@ class Robot {
 
   Handler& handler_;
   Parser parser_;
-  Message queue_[QUEUE_COMMANDS];
-  uint8_t first_;
-  uint8_t queued_;
-  uint16_t malformed_;
-  uint16_t overflowed_;
+  Message queue_[QUEUE_COMMANDS]{};
+  uint8_t first_ = 0;
+  uint8_t queued_ = 0;
+  uint16_t malformed_ = 0;
+  uint16_t overflowed_ = 0;
 };
 
 // The bytes of replies and events, RET included. Each writes to `out` and returns how many bytes; at most 7.

@@ -258,6 +258,8 @@ def _tests(dialect: Dialect, entry: Entry, field: AnyField) -> list[str]:
     high = int(dialect.high(entry, field))
     if high < field.low:
         return ["false"]
+    if high == field.low:
+        return [f"{value} == {_whole(high)}"]
     return [f"{value} >= {_whole(field.low)}"] * (field.low > bottom) + [f"{value} <= {_whole(high)}"] * (
         high < top
     )

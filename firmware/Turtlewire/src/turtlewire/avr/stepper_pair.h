@@ -31,8 +31,8 @@ class Pin {
   void set(bool high) { *out_ = static_cast<uint8_t>(high ? *out_ | mask_ : *out_ & ~mask_); }
 
  private:
-  volatile uint8_t* out_;
-  uint8_t mask_;
+  volatile uint8_t* out_ = nullptr;
+  uint8_t mask_ = 0;
 };
 
 class StepperPair {
@@ -77,16 +77,16 @@ class StepperPair {
   }
 
   bool is_done() const {
-    bool done = false;
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { done = to_do_ == 0; }
-    return done;
+    bool is_none_left = false;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { is_none_left = to_do_ == 0; }
+    return is_none_left;
   }
 
   // The steps made since start.
   uint32_t done() const {
-    uint32_t done = 0;
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { done = done_; }
-    return done;
+    uint32_t steps = 0;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { steps = done_; }
+    return steps;
   }
 
   // Where the servo goes: the width of its pulses, 500..2500 us.

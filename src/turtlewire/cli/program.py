@@ -1,0 +1,45 @@
+"""The text of a Logo program, from a file or from the standard input."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+from turtlewire.errors import DataError
+
+STANDARD_INPUT = "standard input"
+
+
+def name_of(program: str) -> str:
+    """What a program is called in messages."""
+    return STANDARD_INPUT if program == "-" else program
+
+
+def read(program: str) -> str:
+    """The text of a program; ``-`` is the standard input.
+
+    Raises ``DataError`` for a file that cannot be read, or that is not text.
+    """
+    try:
+        if program == "-":
+            data = sys.stdin.buffer.read() if sys.stdin else b""
+        else:
+            with io.FileIO(program) as file:  # pathlib takes longer to load than a short program to run
+                data = file.readall()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise DataError(f"cannot read the program {program}: {reason}") from error
+    return text_of(data, program)
+
+
+def text_of(data: bytes, program: str) -> str:
+    """The text that the bytes of a program are. Raises ``DataError``, which says where they are none."""
+    try:
+        # Windows' Notepad begins a file with a mark, and ends lines with CR LF.
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise DataError(
+            f"{program} is not text in UTF-8: in line {line}, byte {error.start} is {error.object[error.start]:02X}. "
+            "Save it as UTF-8"
+        ) from error
