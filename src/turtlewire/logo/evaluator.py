@@ -8,10 +8,13 @@ of Python functions, which CPython keeps off the C stack; nothing between two of
 
 from __future__ import annotations
 
+import sys
+import threading
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, TurtlewireError
 from turtlewire.logo import blame, errors
+from turtlewire.logo.compiler import FAULTS, Compiler
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.primitives import PRIMITIVES
 from turtlewire.logo.procedures import (
@@ -53,12 +56,13 @@ from turtlewire.logo.workspace import define_from_title
 if TYPE_CHECKING:
     import random
     from collections.abc import Callable
+    from types import FrameType
 
     from turtlewire.turtle import Turtle
 
 MAX_DEPTH = 30_000  # procedures within procedures; deeper is a program that never ends
 _LINES_KEPT = 20_000
-_FRAMES = 10 * MAX_DEPTH  # Python calls that this may take
+_FRAMES = 1_200_000  # Python calls that this may take: ten for each, when it is not compiled
 
 
 class Interpreter:
@@ -69,10 +73,17 @@ class Interpreter:
         write: called with each piece of text that the program prints.
         random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds.
         step_mm: how many millimetres one turtle step is; more than 0.
+        compiles: whether procedures become Python functions, which is faster; nothing else depends on it.
     """
 
     def __init__(
-        self, turtle: Turtle, write: Callable[[str], object], random: random.Random, step_mm: float = 1.0
+        self,
+        turtle: Turtle,
+        write: Callable[[str], object],
+        random: random.Random,
+        step_mm: float = 1.0,
+        *,
+        compiles: bool = True,
     ) -> None:
         if not 0 < step_mm < float("inf"):
             raise ValueError(f"step_mm must be more than 0, not {step_mm}")
@@ -103,7 +114,9 @@ class Interpreter:
         self._wants_value = False
         self._depth = 0
         self._node: Node | None = None
+        self._thread = 0  # the one that a program runs in
         self.levels = Progress()
+        self.compiler = Compiler(self, is_used=compiles)
 
     # --- running programs -------------------------------------------------------------------------------------
 
@@ -123,6 +136,7 @@ class Interpreter:
 
     def _run(self, source: str, name: str) -> None:
         self._reset()
+        self._thread = threading.get_ident()
         program = read(source, name)
         level = self.levels.start(len(program))
         try:
@@ -130,14 +144,18 @@ class Interpreter:
                 level[0] = index
                 if isinstance(line, Definition):
                     define_from_title(self, line)
+                elif (function := self.compiler.line(line)) is not None:
+                    self._call(function, [])
                 else:
                     self.run_line(line, COMMAND)
         except ThrowError as thrown:
             if thrown.tag != "toplevel":
                 error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
-                raise blame.placed(self, error, self._place_now()) from None
-        except RecursionError:
-            raise blame.placed(self, errors.stack_overflow(), self._place_now()) from None
+                place = self.compiler.place_of(thrown) or self._place_now()
+                raise blame.placed(self, error, place) from None
+        except RecursionError as deep:
+            place = self.compiler.place_of(deep) or self._place_now()
+            raise blame.placed(self, errors.stack_overflow(), place) from None
         self.levels.finish()
 
     def _reset(self) -> None:
@@ -162,6 +180,13 @@ class Interpreter:
     def position(self) -> Position | None:
         """Where in the program the evaluator is, ``None`` before it has begun. Safe to ask from another thread."""
         place = self._place_now()
+        frame = sys._current_frames().get(self._thread)  # noqa: SLF001 - what it is there for
+        while frame is not None and frame.f_code is not _EVALUATES:
+            found = self.compiler.place_in(frame.f_code, frame.f_lineno)
+            if found is not None:
+                place = found
+                break
+            frame = frame.f_back
         return place[0].position(place[1]) if place is not None else None
 
     def _place_now(self) -> Place:
@@ -382,6 +407,11 @@ class Interpreter:
         try:
             while True:
                 procedure = node.procedure
+                function = self.compiler.function(procedure)
+                if function is not None and len(inputs) == len(procedure.inputs):
+                    value = self._call(function, inputs)
+                    result = None if value is None else Output(value)
+                    break
                 bind(self, procedure, inputs, node.name)
                 self.procedure = procedure
                 result = self._run_body(procedure)
@@ -409,6 +439,29 @@ class Interpreter:
             raise blame.placed(self, error, node.place)
         return value
 
+    def _call(self, function: Callable[..., Value | None], inputs: list[Value]) -> Value | None:
+        """Call a compiled function; written out by count, as ``call_primitive``."""
+        count = len(inputs)
+        try:
+            if count == 0:
+                return function()
+            if count == 1:
+                return function(inputs[0])
+            if count == 2:
+                return function(inputs[0], inputs[1])
+            if count == 3:
+                return function(inputs[0], inputs[1], inputs[2])
+            return function(*inputs)
+        except FAULTS as fault:
+            error = self.compiler.translated(fault)
+            if error is fault:
+                raise
+            raise error from None
+
+    def is_watched(self, procedure: UserProcedure) -> bool:  # noqa: ARG002
+        """Whether somebody wants to see each instruction of a procedure, or its calls."""
+        return False
+
     # --- limit sensors ----------------------------------------------------------------------------------------
 
     def _handle_limit(self, limit: LimitReachedError, node: Node) -> Result:
@@ -425,3 +478,38 @@ class Interpreter:
         finally:
             if not self.limit_handler_changed:
                 self.limit_handler = handler
+
+    def watching_limits(self, primitive: Primitive) -> Callable[..., Result]:
+        """A primitive that moves the robot, for compiled functions: ONLIMIT is heeded."""
+        function = primitive.function
+
+        def none(logo: Interpreter) -> Result:
+            try:
+                return function(logo)
+            except LimitReachedError as limit:
+                return self._limit_reached(limit, sys._getframe(1))
+
+        def one(logo: Interpreter, value: Value) -> Result:
+            try:
+                return function(logo, value)
+            except LimitReachedError as limit:
+                return self._limit_reached(limit, sys._getframe(1))
+
+        def more(logo: Interpreter, *inputs: Value) -> Result:
+            try:
+                return function(logo, *inputs)
+            except LimitReachedError as limit:
+                return self._limit_reached(limit, sys._getframe(1))
+
+        return {(0, 0): none, (1, 1): one}.get((primitive.minimum_inputs, primitive.maximum_inputs), more)
+
+    def _limit_reached(self, limit: LimitReachedError, frame: FrameType) -> Result:
+        node, procedure = self.compiler.node_at(frame)
+        outer, self.procedure = self.procedure, procedure
+        try:
+            return self._handle_limit(limit, node)
+        finally:
+            self.procedure = outer
+
+
+_EVALUATES = Interpreter.run_code.__code__

@@ -143,7 +143,7 @@ class UserProcedure:
     """A procedure that a program defined. Defining it anew changes it in place."""
 
     __slots__ = (
-        "body", "code", "default_inputs", "inputs", "is_erased", "maximum_inputs", "minimum_inputs", "name", "optional",
+        "body", "code", "default_inputs", "function", "inputs", "is_erased", "is_refused", "maximum_inputs", "minimum_inputs", "name", "optional",
         "rest", "takes_alternative", "title",
     )  # fmt: skip
 
@@ -157,6 +157,8 @@ class UserProcedure:
         self.code: Any = None
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0
         self.takes_alternative = False
+        self.function: Callable[..., Value | None] | None = None  # what the compiler made of it
+        self.is_refused = False  # whether the compiler leaves it to the evaluator
         self.is_erased = False  # code that was parsed before may still refer to it
 
     def usage(self, name: str) -> str:

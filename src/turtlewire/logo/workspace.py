@@ -71,6 +71,7 @@ def define(
         for slot in UserProcedure.__slots__:
             setattr(procedure, slot, getattr(fresh, slot))
     logo.epoch += 1
+    logo.compiler.forget()
 
 
 def _add_input(procedure: UserProcedure, each: Item, command: str) -> None:

@@ -14,32 +14,47 @@ from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier
 from turtlewire.logo.compiler.ending import ProcedureEnding
 from turtlewire.logo.compiler.facts import Survey, literal_name
-from turtlewire.logo.compiler.faults import FAULTS, Record, translated
+from turtlewire.logo.compiler.faults import FAULTS, Record, innermost, translated
 from turtlewire.logo.compiler.runtime import helpers
-from turtlewire.logo.errors import LogoError, not_enough_inputs
 from turtlewire.logo.procedures import Primitive, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import CodeType
+    from types import CodeType, FrameType
 
     from turtlewire.logo.compiler.emit import Site
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.reader import Line
+    from turtlewire.logo.syntax import Node
+    from turtlewire.logo.tokens import Place
     from turtlewire.logo.values import List, Value
 
 __all__ = ["FAULTS", "Compiler"]
 
 _LOOPS = frozenset(
-    ("repeat", "forever", "for", "while", "until", "do.while", "do.until", "foreach", "map", "filter", "reduce")
+    (
+        "repeat",
+        "forever",
+        "for",
+        "while",
+        "until",
+        "do.while",
+        "do.until",
+        "foreach",
+        "map",
+        "filter",
+        "reduce",
+    )
 )
 
 
 class _Draft:
     """A function that is written and not yet compiled."""
 
-    def __init__(self, procedure: UserProcedure | None, name: str, tree: list[ast.stmt], sites: list[Site]) -> None:
+    def __init__(
+        self, procedure: UserProcedure | None, name: str, tree: list[ast.stmt], sites: list[Site]
+    ) -> None:
         self.procedure = procedure
         self.name = name
         self.tree = tree
@@ -51,10 +66,12 @@ class Compiler(Namer):
 
     Args:
         logo: the workspace.
+        is_used: whether anything is compiled at all.
     """
 
-    def __init__(self, logo: Interpreter) -> None:
+    def __init__(self, logo: Interpreter, *, is_used: bool) -> None:
         self._logo = logo
+        self._is_used = is_used
         self._globals: dict[str, Any] = helpers(logo)
         self._records: dict[CodeType, Record] = {}
         self._jumps: list[tuple[Site, bool]] = []
@@ -71,17 +88,23 @@ class Compiler(Namer):
 
     def function(self, procedure: UserProcedure) -> Callable[..., Any] | None:
         """The function of a procedure; ``None`` when it is the evaluator's."""
-        if procedure.function is None and not procedure.is_refused:
+        if procedure.function is None and not procedure.is_refused and self._is_used:
             self._compile(procedure)
         return procedure.function
 
     def line(self, line: Line) -> Callable[[], Any] | None:
         """The function of a line of the program that has a loop in it; ``None`` when it is the evaluator's."""
+        if not self._is_used:
+            return None
         nodes = self._survey.parse(line)
-        if not any(isinstance(node, Call) and node.primitive.name in _LOOPS for node in self._survey.walk(nodes)):
+        if not any(
+            isinstance(node, Call) and node.primitive.name in _LOOPS for node in self._survey.walk(nodes)
+        ):
             return None
         facts = self._survey.facts_of(nodes)
-        emitter = Emitter(self._survey, facts, self, self._may_be_local(facts, frozenset(facts.calls)))
+        reached = self._survey.reached_from(facts)
+        emitter = Emitter(self._survey, facts, self, self._may_be_local(facts, reached))
+        emitter.is_line = True
         self._wanted = []
         try:
             self._refuse_unseen(facts)
@@ -104,9 +127,24 @@ class Compiler(Namer):
                 procedure.is_refused = False
                 self._offer(procedure)
 
+    def place_of(self, error: BaseException) -> Place:
+        """Where in the program a compiled function raised this; ``None`` when none did."""
+        found = innermost(self._records, error)
+        return found[1].node.place if found is not None else None
+
+    def place_in(self, code: CodeType, line: int) -> Place:
+        """Where in the program a compiled function is; ``None`` when it is none of them."""
+        record = self._records.get(code)
+        return record.sites[line - 1].node.place if record is not None else None
+
     def translated(self, fault: Exception) -> Exception:
         """The Logo error that a fault in a compiled function is."""
         return translated(self._logo, self._records, fault)
+
+    def node_at(self, frame: FrameType) -> tuple[Node, UserProcedure | None]:
+        """The instruction that a compiled function is at, and its procedure."""
+        record = self._records[frame.f_code]
+        return record.sites[frame.f_lineno - 1].node, record.procedure
 
     def source(self, procedure: UserProcedure) -> str | None:
         """The Python that a procedure became, as text; ``None`` when it is the evaluator's."""
@@ -155,7 +193,7 @@ class Compiler(Namer):
         """What the evaluator keeps in tables of its own, other procedures would not find."""
         for each in self._survey.reached_from(facts):
             found = self._survey.facts(each)
-            if found.asks_count or found.asks_slot:
+            if found.asks_count or found.asks_slot or found.asks_test:
                 raise RefusedError(f"{each.name} asks for what its caller counts")
 
     def _written(self, procedure: UserProcedure) -> _Draft:
@@ -195,7 +233,7 @@ class Compiler(Namer):
                 hidden.append(key)
         emitter.binds_dynamically = bool(hidden)
         self._bind_locals(emitter, procedure, may_be_local)
-        body = emitter.within(lambda: self._body(emitter, nodes))
+        body = emitter.within(lambda: self._body(emitter, procedure, nodes))
         if ending.begins_anew:
             body = [py.forever(body)]
             if ending.minds:
@@ -219,9 +257,27 @@ class Compiler(Namer):
             tree.append(py.assign(f"p_{name}", py.name(f"q_{name}")))
         return _Draft(procedure, f"q_{name}", tree, emitter.sites)
 
-    def _body(self, emitter: Emitter, nodes: list[Any]) -> None:
-        emitter.instructions(nodes, tail=True)
-        emitter.ending.nothing(emitter, None)
+    def _body(self, emitter: Emitter, procedure: UserProcedure, nodes: list[Any]) -> None:
+        facts = emitter.facts
+        if not facts.moves or len(nodes) < 2 or procedure in emitter.survey.reached(procedure):
+            emitter.instructions(nodes, tail=True)
+            emitter.ending.nothing(emitter, None)
+            return
+        # How far it is, for those who watch: what moves the robot can take long.
+        level = py.name("level")
+        place = ast.Subscript(level, py.const(0), py.STORE)
+
+        def watched() -> None:
+            for index, node in enumerate(nodes):
+                if index:
+                    emitter.body.append(py.when(py.is_some(level), [ast.Assign([place], py.const(index))]))
+                emitter.instruction(node, tail=False)
+            emitter.ending.nothing(emitter, None)
+
+        body = emitter.within(watched)
+        leave = py.when(py.is_some(level), [py.do(py.call("leave"))])
+        emitter.body.append(py.assign("level", py.call("enter", py.const(len(nodes)))))
+        emitter.body.append(ast.Try(body, [], [], [leave]))
 
     def _bind_locals(
         self, emitter: Emitter, procedure: UserProcedure, may_be_local: Callable[[str], bool]
@@ -257,14 +313,14 @@ class Compiler(Namer):
         for draft in drafts:
             module = ast.fix_missing_locations(ast.Module(draft.tree, []))
             title = draft.procedure.name if draft.procedure is not None else draft.name
-            exec(compile(module, f"<{title}>", "exec"), self._globals)  # noqa: S102 - that is what a compiler is for
+            exec(compile(module, f"<{title}>", "exec"), self._globals)
             record = Record(draft.procedure, draft.sites)
             if not record.sites:
                 record.sites.append(draft_site(draft))
             self._records[self._globals[draft.name].__code__] = record
             if draft.procedure is not None:
                 key = identifier(draft.procedure.name.lower())
-                function = self._globals[f"p_{key}"]
+                function = self._globals[f"c_{key}"] = self._globals[f"p_{key}"]
                 self._records.setdefault(function.__code__, record)
                 draft.procedure.function = function
         for each in self._wanted:
@@ -275,17 +331,20 @@ class Compiler(Namer):
     def _offer(self, procedure: UserProcedure) -> None:
         """Until a procedure is compiled, or for good: whoever calls it comes here first."""
         name = identifier(procedure.name.lower())
-        key = procedure.name.lower()
-        logo = self._logo
 
-        def call(*inputs: Value) -> Value | None:
-            found = logo.procedures.get(key)
-            assert isinstance(found, UserProcedure)
-            if len(inputs) < found.minimum_inputs:
-                raise not_enough_inputs(found.name)
-            return logo.invoke(Invocation(found, found.name, [], None), list(inputs), wants_value=True)
+        def operation(*inputs: Value) -> Value | None:
+            return self._called(procedure, list(inputs), wants_value=True)
 
-        self._globals[f"p_{name}"] = self._globals[f"q_{name}"] = call
+        def command(*inputs: Value) -> Value | None:
+            return self._called(procedure, list(inputs), wants_value=False)
+
+        self._globals[f"p_{name}"] = self._globals[f"q_{name}"] = operation
+        self._globals[f"c_{name}"] = command
+
+    def _called(self, procedure: UserProcedure, inputs: list[Value], *, wants_value: bool) -> Value | None:
+        return self._logo.invoke(
+            Invocation(procedure, procedure.name, [], None), inputs, wants_value=wants_value
+        )
 
     # ------------------------------------------------------------------ names
 
@@ -303,10 +362,10 @@ class Compiler(Namer):
                 self._moving.add(name)
         return name
 
-    def procedure(self, procedure: UserProcedure) -> str:
+    def procedure(self, procedure: UserProcedure, *, as_command: bool) -> str:
         """The function of a procedure."""
         self._want(procedure)
-        return f"p_{identifier(procedure.name.lower())}"
+        return f"{'c' if as_command else 'p'}_{identifier(procedure.name.lower())}"
 
     def constant(self, value: Any) -> str:
         """A list that stands in the program."""
@@ -353,6 +412,3 @@ def _bound(keys: list[str], body: list[ast.stmt]) -> list[ast.stmt]:
         restore = ast.Assign([place], py.name(old))
         after.append(py.when(py.is_none(py.name(old)), [py.do(pop)], [restore]))
     return [*before, ast.Try(body, [], [], after)]
-
-
-_ = LogoError

@@ -38,7 +38,9 @@ def _choice(emitter: Emitter, node: Call) -> Expr:
     for each in node.inputs[1:]:
         found: list[Expr] = []
         line = emitter.line(each)
-        statements = emitter.within(lambda line=line, found=found: found.append(_result(emitter, line, node.name)))  # type: ignore[misc]
+        statements = emitter.within(
+            lambda line=line, found=found: found.append(_result(emitter, line, node.name))
+        )  # type: ignore[misc]
         made.append((statements, found[0]))
     (first, then), (second, otherwise) = made
     if not first and not second:
@@ -149,26 +151,25 @@ def _repeat(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
     if asked:
         body.insert(0, py.assign(f"{counter}c", py.binary(py.name(counter), ast.Add(), py.const(1))))
     times = emitter.kept(times)
-    emitter.body += _watched(emitter, times, counter, py.for_each(counter, py.call("range", times), body))
+    emitter.body += _watched(emitter, times, py.for_each(counter, py.call("range", times), body))
 
 
-def _watched(emitter: Emitter, times: Expr, counter: str, loop: Stmt) -> list[Stmt]:
-    """A loop that tells how far it is; only where something moves in it, for that can take long."""
+def _watched(emitter: Emitter, times: Expr, loop: Stmt) -> list[Stmt]:
+    """A loop that tells how far it is: at top level, or where something moves in it, for that can take long."""
     assert isinstance(loop, ast.For)
-    if not _moves(emitter, loop.body):
+    if not (emitter.is_line and not emitter.loops) and not _moves(emitter, loop.body):
         return [loop]
     level = emitter.temp("level")
     first = ast.Subscript(py.name(level), py.const(0), py.STORE)
-    loop.body.insert(0, py.when(py.is_some(py.name(level)), [ast.Assign([first], py.name(counter))]))
+    one_more = ast.AugAssign(first, ast.Add(), py.const(1))
+    loop.body.append(py.when(py.is_some(py.name(level)), [one_more]))
     leave = py.when(py.is_some(py.name(level)), [py.do(py.call("leave"))])
-    return [py.assign(level, py.call("enter", times)), ast.Try([loop], [], [], [leave])]
+    return [py.assign(level, py.call("enter_loop", times)), ast.Try([loop], [], [], [leave])]
 
 
 def _moves(emitter: Emitter, body: list[Stmt]) -> bool:
     names = emitter.namer.moving_names()
-    return any(
-        isinstance(piece, ast.Name) and piece.id in names for stmt in body for piece in ast.walk(stmt)
-    )
+    return any(isinstance(piece, ast.Name) and piece.id in names for stmt in body for piece in ast.walk(stmt))
 
 
 def _forever(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
@@ -225,16 +226,15 @@ def _for(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
         else:
             emitter.names[key] = outer
     if not _assigns(body, variable):
-        emitter.body.append(py.for_each(variable, py.call("numbers", start, end, step), body))
+        numbers = emitter.kept(py.call("numbers", start, end, step))
+        emitter.body += _watched(emitter, numbers, py.for_each(variable, numbers, body))
         return
     # The program changes the variable itself: it goes on from there.
     step = emitter.kept(step)
     emitter.body.append(py.assign(variable, start))
     over = py.call("is_over", py.name(variable), end, step)
     forward = py.at(emitter.site(node), py.call("stepped", py.name(variable), step))
-    emitter.body.append(
-        py.forever([py.when(over, [ast.Break()]), *body, py.assign(variable, forward)])
-    )
+    emitter.body.append(py.forever([py.when(over, [ast.Break()]), *body, py.assign(variable, forward)]))
 
 
 def _limit(emitter: Emitter, node: Call, limit: Node) -> Expr:
@@ -328,7 +328,11 @@ def _truth_of_template(emitter: Emitter, node: Call, slot: str) -> tuple[list[St
     template = node.inputs[0]
     if isinstance(template, Literal) and template.line is not None:
         nodes = emitter.survey.parse(template.line)
-        if len(nodes) == 1 and isinstance(nodes[0], Call) and not isinstance(template.line.items[0], Line | list):
+        if (
+            len(nodes) == 1
+            and isinstance(nodes[0], Call)
+            and not isinstance(template.line.items[0], Line | list)
+        ):
             found: list[Expr] = []
             outer = emitter.slots, emitter.count
             emitter.slots, emitter.count = [slot], ""
@@ -338,7 +342,7 @@ def _truth_of_template(emitter: Emitter, node: Call, slot: str) -> tuple[list[St
                 emitter.slots, emitter.count = outer
             return statements, found[0]
     statements, value = _template(emitter, node, [slot])
-    return statements, py.at(emitter.site(node), py.call("truth", value))
+    return statements, py.at(emitter.site(node, node.name), py.call("truth", value))
 
 
 def _filter(emitter: Emitter, node: Call) -> Expr:
@@ -408,7 +412,7 @@ def invoke(emitter: Emitter, node: Invocation, *, tail: bool) -> None:
     """A procedure as a command."""
     if tail and emitter.ending.takes_over(emitter, node):
         return
-    made = emitter.invocation(node, "")
+    made = emitter.invocation(node, "", as_command=True)
     if emitter.namer.never_outputs(node.procedure):
         emitter.body.append(py.do(made))
         return

@@ -10,7 +10,7 @@ import ast
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from turtlewire.logo.compiler import python as py
-from turtlewire.logo.compiler.facts import RUNS, chapter_of, is_plain, literal_name
+from turtlewire.logo.compiler.facts import MOVING, RUNS, chapter_of, is_plain, literal_name
 from turtlewire.logo.procedures import UserProcedure
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node, Variable
 from turtlewire.logo.values import Array, plain
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from turtlewire.logo.compiler.python import Expr, Stmt
     from turtlewire.logo.reader import Line
 
-MOVING = frozenset(("graphics", "robot"))
 _MOST_INPUTS = 12
 
 
@@ -78,6 +77,7 @@ class Emitter:
         self.has_test = False
         self.binds_dynamically = False  # whether other procedures see its variables
         self.loops = 0  # how many Python loops are open
+        self.is_line = False  # whether it is a line of the program, and no procedure
         self.ending: Ending = Ending()
         self._names_made = 0
 
@@ -156,10 +156,12 @@ class Emitter:
         """The instructions of a list, as statements; ``loop``: of a loop."""
         nodes = self.survey.parse(line)
         self.loops += loop
+        has_test = self.has_test
         try:
             return self.within(lambda: self.instructions(nodes, tail=tail))
         finally:
             self.loops -= loop
+            self.has_test = has_test  # nobody knows whether the list is run
 
     def instructions(self, nodes: Sequence[Node], *, tail: bool = False) -> None:
         """Put down the statements of instructions."""
@@ -271,13 +273,13 @@ class Emitter:
         """Give a variable a value."""
         self.body.append(ast.Assign([self.place(key)], value))
 
-    def invocation(self, node: Invocation, wanted_by: str) -> Expr:
+    def invocation(self, node: Invocation, wanted_by: str, *, as_command: bool = False) -> Expr:
         """A call of a user's procedure."""
         if len(node.inputs) > _MOST_INPUTS or node.procedure.optional or node.procedure.rest:
             raise RefusedError(f"{node.name} takes inputs that can be left out")
         inputs = self.values(node.inputs, node.name)
         number = self.site(node, wanted_by)
-        return py.at(number, py.call(self.namer.procedure(node.procedure), *inputs))  # type: ignore[no-any-return]
+        return py.at(number, py.call(self.namer.procedure(node.procedure, as_command=as_command), *inputs))  # type: ignore[no-any-return]
 
     def needed(self, node: Node, value: Expr, wanted_by: str) -> Expr:
         """A value; an error where there is none."""
@@ -364,7 +366,7 @@ class Namer:
         """The function of a primitive."""
         raise NotImplementedError
 
-    def procedure(self, procedure: UserProcedure) -> str:
+    def procedure(self, procedure: UserProcedure, *, as_command: bool) -> str:
         """The function of a procedure."""
         raise NotImplementedError
 

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 # The chapters whose primitives only take values and give one: they touch no variables, and run no lists.
 _PLAIN_CHAPTERS = frozenset(("arithmetic", "arrays", "communication", "data", "graphics", "logic", "robot"))
-_PLAIN = frozenset(("gprop", "pprop", "remprop", "plist", "ignore", "throw", "procedurep", "primitivep", "definedp"))
+# The chapters whose commands take the robot's time.
+MOVING = frozenset(("graphics", "robot"))
+_PLAIN = frozenset(
+    ("gprop", "pprop", "remprop", "plist", "ignore", "throw", "procedurep", "primitivep", "definedp")
+)
 _NOT_PLAIN = frozenset(("onlimit", "onstop", "readlist", "tell", "ask", "each"))
 # Control primitives, and which of their inputs they run when it is a list that stands in the program.
 RUNS = {
@@ -32,7 +36,9 @@ RUNS = {
 # Templates: which input is one.
 TEMPLATES = {"map": 0, "filter": 0, "find": 0, "reduce": 0, "foreach": -1}
 _NAMED = {"make": 0, "localmake": 0, "thing": 0, "name": 1}
-_HARMLESS = frozenset(("stop", "output", "test", "repcount", "#", "?", "local", "localmake", "make", "name", "thing"))
+_HARMLESS = frozenset(
+    ("stop", "output", "test", "repcount", "#", "?", "local", "localmake", "make", "name", "thing")
+)
 
 
 # Ways of ending a procedure without a value.
@@ -50,9 +56,11 @@ class Facts:
         touches_any: whether it may mean any variable and call any procedure, because it runs lists that it computes.
         asks_count: whether it asks for REPCOUNT outside of a REPEAT of its own.
         asks_slot: whether it asks for ``?`` outside of a template of its own.
+        asks_test: whether it may ask for the TEST of its caller.
+        moves: whether it moves the robot.
     """
 
-    __slots__ = ("asks_count", "asks_slot", "calls", "free", "touches_any")
+    __slots__ = ("asks_count", "asks_slot", "asks_test", "calls", "free", "moves", "touches_any")
 
     def __init__(self) -> None:
         self.free: set[str] = set()
@@ -60,6 +68,8 @@ class Facts:
         self.touches_any = False
         self.asks_count = False
         self.asks_slot = False
+        self.asks_test = False
+        self.moves = False
 
 
 def is_plain(name: str, chapter: str) -> bool:
@@ -86,6 +96,7 @@ class Survey:
         self._logo = logo
         self._bodies: dict[UserProcedure, list[Node]] = {}
         self._facts: dict[UserProcedure, Facts] = {}
+        self._has_test = False
         self._reached: dict[UserProcedure, frozenset[UserProcedure]] = {}
 
     def parse(self, line: Line) -> list[Node]:
@@ -111,6 +122,7 @@ class Survey:
     def facts_of(self, nodes: Iterable[Node], inputs: Iterable[str] = ()) -> Facts:
         """What instructions do."""
         facts = Facts()
+        self._has_test = False
         self._look(nodes, facts, frozenset(inputs), in_repeat=False, in_template=False)
         return facts
 
@@ -176,7 +188,9 @@ class Survey:
         if not isinstance(node, Call) or node.primitive.name not in ("if", "ifelse") or len(node.inputs) != 3:
             return False
         return all(
-            isinstance(each, Literal) and each.line is not None and self._ends_by_output(self.parse(each.line))
+            isinstance(each, Literal)
+            and each.line is not None
+            and self._ends_by_output(self.parse(each.line))
             for each in node.inputs[1:]
         )
 
@@ -192,8 +206,15 @@ class Survey:
     # ------------------------------------------------------------------ looking through instructions
 
     def _look(
-        self, nodes: Iterable[Node], facts: Facts, bound: frozenset[str], *, in_repeat: bool, in_template: bool
+        self,
+        nodes: Iterable[Node],
+        facts: Facts,
+        bound: frozenset[str],
+        *,
+        in_repeat: bool,
+        in_template: bool,
     ) -> None:
+        has_test = self._has_test
         for node in nodes:
             if isinstance(node, Literal):
                 continue
@@ -207,6 +228,7 @@ class Survey:
                 bound = self._look_at_call(node, facts, bound, in_repeat=in_repeat, in_template=in_template)
             else:  # what cannot be understood yet
                 facts.touches_any = True
+        self._has_test = has_test  # nobody knows whether a list is run
 
     def _look_at_call(
         self, node: Call, facts: Facts, bound: frozenset[str], *, in_repeat: bool, in_template: bool
@@ -218,6 +240,8 @@ class Survey:
             facts.asks_slot |= not in_template
         elif name == "?rest":
             facts.touches_any = True
+        elif name == "test":
+            self._has_test = True
         elif name in _NAMED or name == "local":
             keys = [literal_name(each) for each in (inputs if name == "local" else [inputs[_NAMED[name]]])]
             for key in keys:
@@ -229,6 +253,7 @@ class Survey:
                 elif key not in bound:
                     facts.free.add(key)
         elif name in RUNS:
+            facts.asks_test |= name in ("iftrue", "iffalse") and not self._has_test
             self._look_at_lists(node, RUNS[name], facts, bound, in_repeat or name == "repeat", in_template)
             if name == "for":
                 return bound
@@ -246,6 +271,7 @@ class Survey:
                 facts.touches_any = True
         elif not is_plain(name, chapter_of(node)) and name not in _HARMLESS:
             facts.touches_any = True
+        facts.moves |= chapter_of(node) in MOVING
         self._look(inputs, facts, bound, in_repeat=in_repeat, in_template=in_template)
         return bound
 

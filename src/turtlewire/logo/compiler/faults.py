@@ -17,7 +17,7 @@ from turtlewire.logo.syntax import Call, Invocation, Variable
 from turtlewire.logo.values import show, show_in_error
 
 if TYPE_CHECKING:
-    from types import CodeType, FrameType
+    from types import CodeType, FrameType, TracebackType
 
     from turtlewire.logo.compiler.emit import Operand, Site
     from turtlewire.logo.evaluator import Interpreter
@@ -40,18 +40,25 @@ class Record:
         self.sites = sites
 
 
-def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Exception) -> Exception:
-    """The error that is to be raised in place of a fault; the fault itself when it is one of turtlewire's own."""
-    trace, found = fault.__traceback__, None
+def innermost(
+    records: dict[CodeType, Record], error: BaseException
+) -> tuple[Record, Site, TracebackType] | None:
+    """The compiled function that was running when this was raised, and at which instruction."""
+    trace, found = error.__traceback__, None
     while trace is not None:
         record = records.get(trace.tb_frame.f_code)
         if record is not None:
-            found = record, trace
+            found = record, record.sites[trace.tb_lineno - 1], trace
         trace = trace.tb_next
+    return found
+
+
+def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Exception) -> Exception:
+    """The error that is to be raised in place of a fault; the fault itself when it is one of turtlewire's own."""
+    found = innermost(records, fault)
     if found is None:
         return fault
-    record, trace = found
-    site = record.sites[trace.tb_lineno - 1]
+    record, site, trace = found
     if isinstance(fault, LateError):
         site = fault.site if not isinstance(fault.site, int) else record.sites[fault.site - 1]
     if isinstance(fault, LogoError):
@@ -118,9 +125,7 @@ def _refused(logo: Interpreter, site: Site, frame: FrameType) -> LogoError | Non
     try:
         logo.call_primitive(node.primitive, values)
     except BadInputError as bad:
-        return errors.does_not_like(
-            node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted
-        )
+        return errors.does_not_like(node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted)
     return None
 
 

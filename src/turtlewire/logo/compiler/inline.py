@@ -99,7 +99,9 @@ def _butfirst(emitter: Emitter, node: Call) -> Expr:
 
 def _part(emitter: Emitter, node: Call, part: int) -> Expr:
     (value,), operands = emitter.operands(node)
-    first, again = (value, py.name(value.target.id)) if isinstance(value, ast.NamedExpr) else emitter.named(value)
+    first, again = (
+        (value, py.name(value.target.id)) if isinstance(value, ast.NamedExpr) else emitter.named(value)
+    )
     number = emitter.site(node, "", operands)
     slow = emitter.namer.primitive(node.primitive, moves=False)
     fast = py.at(number, py.index(again, py.const(part)))
@@ -188,7 +190,9 @@ def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
     made = emitter.condition(node.inputs[0], node.name)
     for each in node.inputs[1:]:
         later: list[Expr] = []
-        statements = emitter.within(lambda each=each, later=later: later.append(emitter.condition(each, node.name)))  # type: ignore[misc]
+        statements = emitter.within(
+            lambda each=each, later=later: later.append(emitter.condition(each, node.name))
+        )  # type: ignore[misc]
         if statements:  # only when it is needed
             name = emitter.temp()
             emitter.body.append(py.assign(name, made))

@@ -135,4 +135,6 @@ def forever(body: list[Stmt]) -> Stmt:
 def function(title: str, inputs: list[str], body: list[Stmt]) -> ast.FunctionDef:
     """``def title(inputs): body``."""
     arguments = ast.arguments([], [ast.arg(each) for each in inputs], None, [], [], None, [])
-    return ast.FunctionDef(title, arguments, body or [ast.Pass()], [])
+    made = ast.FunctionDef(title, arguments, body or [ast.Pass()], [])
+    made.type_params = []  # type: ignore[attr-defined,unused-ignore]  # wanted from Python 3.12 on
+    return made

@@ -179,6 +179,11 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
         except BadInputError as bad:
             raise ConditionError(bad.value, bad.number, bad.wanted) from None
 
+    def enter_loop(times: int | Iterable[Number]) -> list[int] | None:
+        if isinstance(times, int):
+            return logo.levels.enter(times)
+        return logo.levels.enter(len(times) if isinstance(times, range) else 1)
+
     return {
         "logo": logo,
         "V": logo.variables,
@@ -206,6 +211,7 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
         "stepped": stepped,
         "bounce": bounce,
         "enter": logo.levels.enter,
+        "enter_loop": enter_loop,
         "leave": logo.levels.leave,
     }
 

@@ -140,7 +140,8 @@ def _columns(inputs: list[Value]) -> list[list[Value]]:
     return [list(column) for column in zip(*rows, strict=True)]
 
 
-def _like(model: Value, members: list[Value]) -> Value:
+def like(model: Value, members: list[Value]) -> Value:
+    """A list of these members if the model is one, otherwise a word of them."""
     if isinstance(model, list):
         return make_list(members)
     for each in members:
@@ -152,7 +153,7 @@ def _like(model: Value, members: list[Value]) -> Value:
 @primitive("map", 2, maximum=-1)
 def _map(logo: Interpreter, inputs: list[Value]) -> Value:
     with _iterating(logo, inputs[1:]) as columns:
-        return _like(inputs[1], [_value(logo, inputs[0], column, "map") for column in columns])
+        return like(inputs[1], [_value(logo, inputs[0], column, "map") for column in columns])
 
 
 @primitive("filter", 2)
@@ -161,7 +162,7 @@ def _filter(logo: Interpreter, template: Value, data: Value) -> Value:
         return truth(logo, _value(logo, template, column, "filter"))
 
     with _iterating(logo, [data]) as columns:
-        return _like(data, [column[0] for column in columns if keeps(column)])
+        return like(data, [column[0] for column in columns if keeps(column)])
 
 
 @primitive("find", 2)

@@ -140,6 +140,7 @@ def _erase(logo: Interpreter, names: Value) -> None:
         _users(logo, name).is_erased = True
         del logo.procedures[key(name)]
     logo.epoch += 1
+    logo.compiler.forget()
 
 
 @primitive("ern", 1)
