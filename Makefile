@@ -20,11 +20,11 @@ endif
 
 # What tests of the firmware need, as Debian calls it: compilers for here and for the chip, the emulated chip, what looks
 # at the source, a fuzzer.
-PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr avrdude libsimavr-dev libelf-dev clang clang-tidy cppcheck \
-            libclang-rt-dev
+PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr arduino-builder avrdude libsimavr-dev libelf-dev clang \
+            clang-tidy cppcheck libclang-rt-dev
 FUZZER := $(or $(wildcard /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a),/usr/lib/libclang_rt.fuzzer.a)
-NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude lib/avr/include/avr/io.h \
-            share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h \
+NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude bin/arduino-builder \
+            lib/avr/include/avr/io.h share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h \
             bin/clang++ bin/clang-tidy bin/cppcheck) $(firstword $(FUZZER))
 
 # C++ that people write: what is generated has no layout to speak of.

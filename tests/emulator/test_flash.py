@@ -54,6 +54,7 @@ class Flashing:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            start_new_session=True,
         )
 
     def end(self, process: subprocess.Popen[str]) -> Ended:
@@ -174,7 +175,10 @@ def test_interrupted_midway(
         nonlocal is_told
         if not is_told and board.board.flash(MIDWAY, 2) != ERASED * 2:
             is_told = True
-            process.send_signal(number)
+            if number is signal.SIGINT:
+                os.killpg(process.pid, number)  # a terminal tells all of them
+            else:
+                process.send_signal(number)
             board.pace = 0.001  # it waits for what comes next, and so does avrdude
         return False
 
@@ -211,6 +215,20 @@ def test_another_chip_is_left_alone(turtlewire: Flashing, tmp_path: Path) -> Non
         assert "the chip there, 0x1e9406, is not the atmega328p of the uno" in ended.err, ended.err
         assert ended.err.endswith("Nothing was written: the board has the program that it had.\n")
         assert board.board.flash(0, 0x7000) == ERASED * 0x7000
+
+
+def test_a_chip_that_is_worn(board: PluggedBoard, turtlewire: Flashing) -> None:
+    """A bit that does not take what is written is found when it is read back."""
+
+    def stick() -> bool:
+        board.board.burn(MIDWAY, b"\0")
+        return False
+
+    board.unplug_when = stick
+    ended = turtlewire.flash()
+    assert ended.code == 3
+    assert "what is on it now is not what was written" in ended.err
+    assert ended.err.endswith("All of it was written, but reading it back came to no good end: flash it again.\n")
 
 
 def test_a_robot_that_is_being_driven_is_left_alone(board: PluggedBoard, turtlewire: Flashing) -> None:

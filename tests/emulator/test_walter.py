@@ -81,7 +81,7 @@ def test_absolute_moves_and_what_it_says_of_itself(chip: Chip) -> None:
     assert ask(chip, m.QueryY()) == encode(m.YReply(0))
     chip.receive(encode(m.ResetLocation()) + encode(m.Forward(20)) + encode(m.GoHome()))
     assert ask(chip, m.QueryLocation()) == encode(m.LocationReply(0, 0))
-    assert pose(chip) == pytest.approx((-10.0, 0.0, 90.0), abs=0.3)
+    assert pose(chip) == pytest.approx((-10.0, 0.0, 270.0), abs=0.3)
 
 
 def test_pen_and_lamp(chip: Chip) -> None:

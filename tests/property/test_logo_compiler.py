@@ -1,4 +1,4 @@
-"""Compiled procedures do what the evaluator does: the same output, the same drawing, the same errors at the same place."""
+"""Compiled procedures do what the evaluator does: the same output and drawing, the same errors at the same place."""
 
 from __future__ import annotations
 
@@ -101,15 +101,21 @@ def instructions(scope: Scope) -> st.SearchStrategy[str]:
         block = blocks(scope.deeper())
         loop = blocks(scope.deeper(in_repeat=True))
         template = blocks(scope.deeper(in_template=True, in_repeat=False))
-        count = st.sampled_from(["0", "1", "2", "3", "-1", "1.5", "[2 1]", "first [2]", "\"x"])
+        count = st.sampled_from(["0", "1", "2", "3", "-1", "1.5", "[2 1]", "first [2]", '"x'])
         kinds += [
             st.tuples(value, block).map(lambda found: f"if {found[0]} [{found[1]}]"),
             st.tuples(value, block, block).map(lambda found: f"ifelse {found[0]} [{found[1]}] [{found[2]}]"),
-            st.tuples(value, block, block).map(lambda found: f"test {found[0]} iftrue [{found[1]}] iffalse [{found[2]}]"),
+            st.tuples(value, block, block).map(
+                lambda found: f"test {found[0]} iftrue [{found[1]}] iffalse [{found[2]}]"
+            ),
             st.tuples(count, loop).map(lambda found: f"repeat {found[0]} [{found[1]}]"),
-            st.tuples(names, count, count, block).map(lambda found: f"for [{found[0]} {found[1]} {found[2]}] [{FUEL} {found[3]}]"),
+            st.tuples(names, count, count, block).map(
+                lambda found: f"for [{found[0]} {found[1]} {found[2]}] [{FUEL} {found[3]}]"
+            ),
             st.tuples(value, template).map(lambda found: f"foreach {found[0]} [{found[1]}]"),
-            st.tuples(st.sampled_from(["error", "t"]), block).map(lambda found: f'catch "{found[0]} [{found[1]}] show error'),
+            st.tuples(st.sampled_from(["error", "t"]), block).map(
+                lambda found: f'catch "{found[0]} [{found[1]}] show error'
+            ),
             st.just('throw "t'),
             st.tuples(st.sampled_from(list(PROCEDURES)), st.tuples(value, value)).map(
                 lambda found: f"{found[0]} {' '.join(found[1][: PROCEDURES[found[0]]])}"

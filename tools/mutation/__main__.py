@@ -48,8 +48,13 @@ def main() -> int:
                     verdict = mine.try_out(mutants[place])
                 finally:
                     trials.put(mine)
-                if sys.stderr.isatty():
-                    print(f"\r{place + 1} of {len(mutants)}", end="", file=sys.stderr, flush=True)
+                # It takes minutes: what survives is told at once.
+                if verdict is Verdict.SURVIVED:
+                    print(
+                        f"{place + 1} of {len(mutants)} survived: {mutants[place]}",
+                        file=sys.stderr,
+                        flush=True,
+                    )
                 return verdict
 
             verdicts = list(pool.map(tried, range(len(mutants))))

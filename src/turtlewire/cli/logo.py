@@ -35,7 +35,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     # PARSER: what stands behind the program belongs to the program, whatever it looks like.
     words = parser.add_argument(
         "words",
-        metavar="PROGRAM.logo ...",
+        metavar="PROGRAM.logo",
         nargs=argparse.PARSER,
         default=[],
         help="the program (- is the standard input) and its arguments",

@@ -7,7 +7,7 @@ import importlib
 import sys
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import output
+from turtlewire.cli import options, output
 from turtlewire.cli.signals import INTERRUPTED, Interrupted, Signals
 from turtlewire.errors import TurtlewireError
 
@@ -78,7 +78,7 @@ def _parser(names: Sequence[str]) -> argparse.ArgumentParser:
         prog="turtlewire",
         description="Drive, program and trust any small serial robot.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=options.Formatter,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)

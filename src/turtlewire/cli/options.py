@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import UsageError
@@ -16,6 +17,25 @@ PORTS = (
     "as ?protocol=simple&window=4"
 )
 ROBOT = "a robot in robots.toml, or what the one at --port speaks: walter, simple or frame (walter)"
+
+
+class Formatter(argparse.RawDescriptionHelpFormatter):
+    """Lays out help to the terminal's width, which ``argparse`` itself would load half a library to find out."""
+
+    def __init__(
+        self, prog: str, indent_increment: int = 2, max_help_position: int = 24, width: int | None = None
+    ) -> None:
+        super().__init__(prog, indent_increment, max_help_position, width or _columns() - 2)
+
+
+def _columns() -> int:
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdecimal() and int(columns):
+        return int(columns)
+    try:
+        return os.get_terminal_size(1).columns or 80
+    except OSError:
+        return 80
 
 
 def add_command(
@@ -32,7 +52,7 @@ def add_command(
         help=summary,
         description=description,
         epilog=examples,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=Formatter,
     )
 
 

@@ -194,13 +194,19 @@ def _core_archive(board: Board) -> Path:
     if archive.exists():
         return archive
     kept.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix="turtlewire-") as work:
+    with TemporaryDirectory(prefix="new-", dir=kept) as work:
         objects = [
             str(_compiled(source, board, Path(work), "-w", name="Arduino's core")) for source in sources
         ]
-        made = kept / f"{archive.name}.{os.getpid()}"
+        made = Path(work) / archive.name
         run(["avr-gcc-ar", "rcs", str(made), *objects])
-        made.replace(archive)  # in one step: another build may want it now
+        # One that is there already may be in use: the linker opens it again and again, and no two are the same.
+        try:
+            os.link(made, archive)
+        except FileExistsError:
+            pass
+        except OSError:  # a file system without links
+            made.replace(archive)
     return archive
 
 

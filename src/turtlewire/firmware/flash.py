@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 ENOUGH_ATTEMPTS = 3
 HAS_BEGUN = re.compile(r"\bwriting\b", re.IGNORECASE)
 UNTOUCHED = "Nothing was written: the board has the program that it had."
-WRITTEN = "It was written, but not read back: flash it again."
+WRITTEN = "All of it was written, but reading it back came to no good end: flash it again."
 TORN = (
     "The board holds a part of this program, and of the one before: what that does to motors, nobody knows. Switch "
     "their power off, and flash it again: the bootloader is untouched, and takes it."

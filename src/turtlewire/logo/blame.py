@@ -5,22 +5,26 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NoReturn
 
 from turtlewire.logo import errors
-from turtlewire.logo.procedures import ExitError, Output, Result, Stop
-from turtlewire.logo.syntax import Call, Invocation, Node, Variable
-from turtlewire.logo.values import show_in_error
+from turtlewire.logo.syntax import Call, Code, Failure, Invocation, Literal, Node, Variable
+from turtlewire.logo.values import List, show_in_error
 
 if TYPE_CHECKING:
     from turtlewire.logo.errors import LogoError
     from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.procedures import Result, UserProcedure
     from turtlewire.logo.tokens import Place
 
 
-def placed(logo: Interpreter, error: LogoError, place: Place) -> LogoError:
-    """The error with the place and the running procedure, unless it knows them already."""
+def placed(
+    logo: Interpreter, error: LogoError, place: Place, procedure: UserProcedure | None = None
+) -> LogoError:
+    """The error with the place and the running procedure (or the given one), unless it knows them already."""
     if not error.is_placed:
         error.is_placed = True
-        if error.procedure is None and logo.procedure is not None:
-            error.procedure = logo.procedure.name
+        running = procedure or logo.procedure
+        if error.procedure is None and running is not None:
+            error.procedure = running.name
+            error.instruction = _line_of(running, place) or logo.instruction
     if error.position is None and place is not None:
         error.position = place[0].position(place[1])
     return error
@@ -32,19 +36,47 @@ def refuse_value(logo: Interpreter, node: Node, value: Result) -> NoReturn:
     raise placed(logo, error, node.place)
 
 
-def refuse_variable(logo: Interpreter, node: Variable) -> NoReturn:
-    """A variable without a value."""
-    raise placed(logo, errors.no_value(node.name, list(logo.variables)), node.place)
-
-
-def refuse_input(logo: Interpreter, node: Node, wanted_by: str, result: Result) -> NoReturn:
-    """An input that is no value: a variable without one, a command, or the end of the whole procedure."""
+def about_input(logo: Interpreter, node: Node, wanted_by: str) -> LogoError:
+    """The error of an input that is no value: a variable without one, or a command."""
     if isinstance(node, Variable):
-        refuse_variable(logo, node)
-    if isinstance(result, Stop | Output):
-        raise ExitError(result)
+        return errors.no_value(node.name, list(logo.variables))
     name = node.name if isinstance(node, Call | Invocation) else "run"
-    raise placed(logo, errors.did_not_output(name, wanted_by), node.place)
+    return errors.did_not_output(name, wanted_by)
+
+
+def refuse_several(code: Code) -> None:
+    """A list that stands for a value may hold one expression only.
+
+    Raises:
+        LogoError: it holds several.
+    """
+    last = code.last
+    if code.instructions and last is not None and not isinstance(last, Failure):
+        raise errors.several_expressions(" ".join([_spelled(each) for each in (*code.instructions, last)]))
+
+
+def _spelled(node: Node) -> str:
+    """An expression as the parser sees it, each call in brackets: as UCBLogo shows it."""
+    if isinstance(node, Literal):
+        shown = show_in_error(node.value)
+        return f'"{shown}' if isinstance(node.value, str | list) else shown
+    if isinstance(node, Variable):
+        return f":{node.name}"
+    if isinstance(node, Call | Invocation):
+        if node.name == "-" and len(node.inputs) == 1:
+            return f"[-- 0 {_spelled(node.inputs[0])}]"
+        return f"[{' '.join([node.name, *[_spelled(each) for each in node.inputs]])}]"
+    return "..."
+
+
+def _line_of(procedure: UserProcedure, place: Place) -> List | None:
+    """The line of a procedure's body that a place is in."""
+    found = None
+    if place is not None:
+        for line in procedure.body:
+            if line.source is place[0] and line.offsets and line.offsets[0] <= place[1]:
+                found = line.value
+    return found
 
 
 def annotate(logo: Interpreter, error: BaseException, node: Node) -> None:

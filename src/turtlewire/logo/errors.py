@@ -10,6 +10,8 @@ from turtlewire.logo.values import plain, spelled
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from turtlewire.logo.values import List
+
 
 class Position(NamedTuple):
     """A place in a program; line and column count from 1, ``text`` is the whole source line."""
@@ -43,7 +45,10 @@ class LogoError(ProgramError):
         self.procedure: str | None = None
         self.position = position
         self.hint = hint
+        self.instruction: List | None = None  # the line of the procedure, as ERROR outputs it
         self.is_placed = False
+        self.is_known = False  # ERRACT had its chance
+        self.is_for_caller = False  # the place is the one where the running procedure was invoked
         self.wrong_name = ""
         self.known_names: Sequence[str] = ()
 
@@ -56,7 +61,7 @@ class LogoError(ProgramError):
     def explain(self) -> str:
         """The paragraph for people: where, what, the source line marked, and what might help."""
         sentence = f"{self.text} in {self.procedure}" if self.procedure else self.text
-        hint = self.hint or self._suggestion()
+        hint = self.advice()
         if self.position is None:
             return f"{sentence}\n{hint}" if hint else sentence
         where = f"{self.position.file}, line {self.position.line}, column {self.position.column}"
@@ -65,9 +70,10 @@ class LogoError(ProgramError):
             lines.append(hint)
         return "\n".join(lines)
 
-    def _suggestion(self) -> str:
-        if not self.wrong_name:
-            return ""
+    def advice(self) -> str:
+        """What to do about it, ``""`` if that is not known."""
+        if self.hint or not self.wrong_name:
+            return self.hint
         from turtlewire.logo.hints import about_name  # only a failing program needs it
 
         return about_name(self.number, self.wrong_name, self.known_names)
@@ -125,6 +131,24 @@ def unused_value(shown: str, *, from_procedure: bool = False) -> LogoError:
         30 if from_procedure else 9,
         f"You don't say what to do with {shown}",
         hint="No command takes this value: put one before it, such as PRINT, or take the value away.",
+    )
+
+
+def no_expansion(shown: str) -> LogoError:
+    """A macro that did not output the list which is to be run in its place."""
+    return LogoError(
+        29,
+        f"Macro returned {shown} instead of a list",
+        hint="A macro outputs a list of instructions, which are run in its place.",
+    )
+
+
+def several_expressions(shown: str) -> LogoError:
+    """A list that stands for a value, with more than one expression in it."""
+    return LogoError(
+        43,
+        f"Runlist [{shown}] has more than one expression",
+        hint="A list that stands for a value holds one expression and nothing else.",
     )
 
 

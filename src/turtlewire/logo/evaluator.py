@@ -13,7 +13,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, TurtlewireError
-from turtlewire.logo import blame, errors
+from turtlewire.logo import blame, erract, errors, tags
 from turtlewire.logo.compiler import FAULTS, Compiler
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.primitives import PRIMITIVES
@@ -24,10 +24,12 @@ from turtlewire.logo.procedures import (
     OPERATION,
     BadInputError,
     ExitError,
+    Goto,
     Output,
     Primitive,
     Result,
     RunList,
+    Stop,
     TailCall,
     ThrowError,
     UserProcedure,
@@ -42,6 +44,7 @@ from turtlewire.logo.syntax import (
     Failure,
     Invocation,
     Literal,
+    MaybeOutputCall,
     Node,
     OutputCall,
     Parser,
@@ -95,6 +98,7 @@ class Interpreter:
         self.variables: dict[str, Value] = {}
         # The lists of programs, and others that were run, by their first cell: how each was read, and its code.
         self._lines: dict[int, tuple[List, Line]] = {}
+        self.lists_change = False  # whether a program has changed a list: it may no longer be what was read
         self.property_lists: dict[str, dict[str, Value]] = {}
         self.epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
         self.procedure: UserProcedure | None = None
@@ -109,12 +113,16 @@ class Interpreter:
         self.limit_sensor = ""
         self.last_error: LogoError | None = None
         self.symbols_made = 0
+        self.acting_on: LogoError | None = None  # the error for which ERRACT is running
+        self.ask: Callable[[str], str | None] | None = None  # see ``pausing``
         self.escaping: BaseException | None = None  # an error of the robot that is on its way out
         self.hidden: dict[str, Value | None] = {}  # what the running procedure's variables hide
+        self.value_wanted = False  # whether what the primitive that is running outputs is used
         self._wants_value = False
         self._depth = 0
         self._node: Node | None = None
         self._thread = 0  # the one that a program runs in
+        self._body: tuple[Code, list[int]] | None = None  # of the running procedure, and how far it is
         self.levels = Progress()
         self.compiler = Compiler(self, is_used=compiles)
 
@@ -137,6 +145,8 @@ class Interpreter:
     def _run(self, source: str, name: str) -> None:
         self._reset()
         self._thread = threading.get_ident()
+        if "erract" in source.lower():
+            self.compiler.switch_off()
         program = read(source, name)
         level = self.levels.start(len(program))
         try:
@@ -166,8 +176,10 @@ class Interpreter:
         self.iteration = None
         self.hidden = {}
         self._depth = 0
+        self.acting_on = None
         self.escaping = None
         self._node = None
+        self._body = None
 
     def progress(self) -> float | None:
         """How far the program has come, 0 to 1, an estimate that never goes back; ``None`` before the first run.
@@ -180,7 +192,7 @@ class Interpreter:
     def position(self) -> Position | None:
         """Where in the program the evaluator is, ``None`` before it has begun. Safe to ask from another thread."""
         place = self._place_now()
-        frame = sys._current_frames().get(self._thread)  # noqa: SLF001 - what it is there for
+        frame = sys._current_frames().get(self._thread)
         while frame is not None and frame.f_code is not _EVALUATES:
             found = self.compiler.place_in(frame.f_code, frame.f_lineno)
             if found is not None:
@@ -188,6 +200,14 @@ class Interpreter:
                 break
             frame = frame.f_back
         return place[0].position(place[1]) if place is not None else None
+
+    @property
+    def instruction(self) -> List | None:
+        """The line of its body that the running procedure is at, ``None`` at top level."""
+        if self._body is None:
+            return None
+        code, level = self._body
+        return code.lines[level[0]].value if level[0] < len(code.lines) else None
 
     def _place_now(self) -> Place:
         node = self._node
@@ -204,9 +224,16 @@ class Interpreter:
         """
         return self.run_code(self.parsed(instructions), how)
 
-    def value_of(self, instructions: Value) -> Value | None:
-        """The value that an instruction list outputs, ``None`` without one."""
-        result = self.run_code(self.parsed(instructions), OPERATION)
+    def value_of(self, instructions: Value, *, single: bool = False) -> Value | None:
+        """The value that an instruction list outputs, ``None`` without one.
+
+        Raises:
+            LogoError: with ``single``, when it holds more than one expression.
+        """
+        code = self.parsed(instructions)
+        if single:
+            blame.refuse_several(code)
+        result = self.run_code(code, OPERATION)
         if result is None or type(result) in VALUE_TYPES:
             return result  # type: ignore[return-value]
         raise ExitError(result)
@@ -243,7 +270,7 @@ class Interpreter:
         pending = [line]
         for each in pending:
             cells = each.value
-            if cells and id(cells) not in self._lines:
+            if cells and id(cells) not in self._lines and (not self.lists_change or each.is_current()):
                 self._lines[id(cells)] = (cells, each)
                 pending += [item for item in each.items if isinstance(item, Line)]
 
@@ -264,50 +291,83 @@ class Interpreter:
     def run_code(self, code: Code, how: int, level: list[int] | None = None) -> Result:
         """Run parsed instructions; see ``run_list``. ``level`` is what ``progress`` watches them by, if it does."""
         before = how if how < LAST else BODY if how == LAST else COMMAND
-        for node in code.instructions:
-            self._node = node
-            result = self.evaluate(node, before)
-            if result is not None:
-                if type(result) in VALUE_TYPES:
-                    blame.refuse_value(self, node, result)
-                return result
-            if level is not None:
-                level[0] += 1
-        last = code.last
-        if last is None:
-            return None
-        self._node = last
-        result = self.evaluate(last, how)
-        if how != OPERATION and type(result) in VALUE_TYPES:
-            blame.refuse_value(self, last, result)
-        return result
+        place: Place = None
+        try:
+            while True:
+                for node in code.instructions:
+                    self._node = node
+                    result = self.evaluate(node, before)
+                    if result is not None:
+                        if type(result) in VALUE_TYPES:
+                            blame.refuse_value(self, node, result)
+                        return result
+                    if level is not None:
+                        level[0] += 1
+                last = code.last
+                if last is None:
+                    return None
+                self._node = last
+                result = self.evaluate(last, how, in_place=True)
+                if type(result) is not RunList:
+                    if how != OPERATION and type(result) in VALUE_TYPES:
+                        blame.refuse_value(self, last, result)
+                    return result
+                # A list in the place of the last instruction, as of IF or of a macro: not one call deeper.
+                place = last.place or place
+                code = self.parsed(result.instructions)
+                level = None
+        except LogoError as error:
+            if place is not None and not error.is_for_caller:
+                blame.placed(self, error, place)
+            raise
 
     def _run_body(self, procedure: UserProcedure) -> Result:
         """Run the lines of a procedure, watched for ``progress`` when it is one of the outermost."""
+        code = self.body_of(procedure)
+        watched = self.levels.enter(len(code.instructions) + 1)
+        self._body = code, watched or [0]
+        try:
+            while True:
+                try:
+                    result = self.run_code(code, LAST, self._body[1])
+                except ExitError as ended:
+                    result = ended.signal
+                if type(result) is not Goto:
+                    return result
+                code = tags.code_from(self, procedure, result.tag)
+                self._body = code, [0]
+        finally:
+            if watched is not None:
+                self.levels.leave()
+
+    def body_of(self, procedure: UserProcedure) -> Code:
+        """The code of a procedure's body."""
         code: Code | None = procedure.code
         if code is None or code.epoch != self.epoch:
             nodes: list[Node] = []
+            lines: list[Line] = []
             for line in procedure.body:
                 nodes += Parser(tokenize(line), self.procedures, self.remember).parse()
-            code = procedure.code = Code(nodes, self.epoch)
-        level = self.levels.enter(len(code.instructions) + 1)
-        if level is None:
-            return self.run_code(code, LAST)
-        try:
-            return self.run_code(code, LAST, level)
-        finally:
-            self.levels.leave()
+                lines += [line] * (len(nodes) - len(lines))
+            code = procedure.code = Code(nodes, self.epoch, lines)
+        return code
 
     # --- expressions ------------------------------------------------------------------------------------------
 
-    def evaluate(self, node: Node, how: int = OPERATION) -> Result:
-        """Evaluate one expression or instruction."""
+    def evaluate(self, node: Node, how: int = OPERATION, *, in_place: bool = False) -> Result:
+        """Evaluate one expression or instruction.
+
+        Args:
+            node: the expression or instruction.
+            how: how its result is used, see ``procedures``.
+            in_place: the result may be a ``RunList``, which the caller runs; otherwise it is run here.
+        """
         # type() and not isinstance(): mypy narrows by both, and this is where the time goes.
         if type(node) is Literal:
             return node.value
         if type(node) is Variable:
             found = self.variables.get(node.key)
-            return found if found is not None else blame.refuse_variable(self, node)
+            return found if found is not None else self._instead(node, "", None)
         if type(node) is OutputCall:
             return self._output(node, how)
         if not (type(node) is Call or type(node) is Invocation):
@@ -320,24 +380,34 @@ class Interpreter:
                     continue
                 value = self.variables.get(each.key) if type(each) is Variable else self.evaluate(each)
                 if type(value) not in VALUE_TYPES:
-                    blame.refuse_input(self, each, node.name, value)
+                    value = self._instead(each, node.name, value)
                 inputs.append(value)  # type: ignore[arg-type]
+            result: Result
             if isinstance(node, Invocation):
-                if how == LAST and not self._wants_value:
+                if node.procedure.is_macro:
+                    result = self._expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
+                elif how == LAST and not self._wants_value:
                     return TailCall(node, inputs)
-                return self.invoke(node, inputs, wants_value=how == OPERATION)
-            result = self.call_primitive(node.primitive, inputs)
-            if type(result) is RunList:
-                return self.run_list(result.instructions, how)
+                else:
+                    return self.invoke(node, inputs, wants_value=how == OPERATION)
+            else:
+                self.value_wanted = how == OPERATION
+                result = self.call_primitive(node.primitive, inputs)
+            if type(result) is RunList and not in_place:
+                code = self.parsed(result.instructions)
+                if how == OPERATION:
+                    blame.refuse_several(code)
+                return self.run_code(code, how)
             return result
         except BadInputError as bad:
-            error = errors.does_not_like(
-                node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted
-            )
-            raise blame.placed(self, error, node.place) from None
+            return self._instead_of_bad(node, inputs, bad, how)
         except LogoError as error:
-            blame.placed(self, error, node.place)
-            raise
+            if error.is_for_caller:
+                raise
+            if error.is_known:
+                blame.placed(self, error, node.place)
+                raise
+            return self.fail(error, node.place)
         except LimitReachedError as limit:
             return self._handle_limit(limit, node)
         except TurtlewireError as trouble:
@@ -360,35 +430,104 @@ class Interpreter:
 
     def _output(self, node: OutputCall, how: int) -> Result:
         if self.procedure is None:
-            raise blame.placed(self, errors.outside_procedure(node.name), node.place)
+            self.fail(errors.outside_procedure(node.name), node.place)
         each = node.inputs[0]
-        if type(each) is Invocation and self._wants_value and how in (LAST, BODY):
-            return TailCall(each, self._inputs_of(each))
-        value = self.evaluate(each)
+        if (
+            type(each) is Invocation
+            and self._wants_value
+            and how in (LAST, BODY)
+            and not each.procedure.is_macro
+        ):
+            return TailCall(each, self.inputs_of(each))
+        value = self._evaluate_last(each)
         if type(value) not in VALUE_TYPES:
-            blame.refuse_input(self, each, node.name, value)
+            value = self._instead(each, node.name, value)
         return Output(value)  # type: ignore[arg-type]
 
-    def _inputs_of(self, node: Invocation) -> list[Value]:
+    def _evaluate_last(self, node: Node) -> Result:
+        """The input of OUTPUT: as if it were the last instruction, it may be a list of several."""
+        result = self.evaluate(node, in_place=True)
+        return self.run_list(result.instructions, OPERATION) if type(result) is RunList else result
+
+    def _maybe_output(self, node: MaybeOutputCall, how: int) -> Result:
+        if self.procedure is None:
+            self.fail(errors.outside_procedure(node.name), node.place)
+        each = node.inputs[0]
+        if type(each) is Invocation and how in (LAST, BODY) and not each.procedure.is_macro:
+            return TailCall(each, self.inputs_of(each), may_output=True)
+        result = self._evaluate_last(each)
+        if result is None:
+            return Stop()
+        return Output(result) if type(result) in VALUE_TYPES else result  # type: ignore[arg-type]
+
+    def inputs_of(self, node: Invocation) -> list[Value]:
+        """The inputs of an invocation, evaluated."""
         inputs: list[Value] = []
         for each in node.inputs:
             value = self.evaluate(each)
             if type(value) not in VALUE_TYPES:
-                blame.refuse_input(self, each, node.name, value)
+                value = self._instead(each, node.name, value)
             inputs.append(value)  # type: ignore[arg-type]
         return inputs
 
     def _evaluate_unparsed(self, node: Node, how: int) -> Result:
+        if isinstance(node, MaybeOutputCall):
+            return self._maybe_output(node, how)
         if isinstance(node, Failure):
-            raise blame.placed(self, node.error.copy(), node.place)
+            return self.fail(node.error.copy(), node.place)
         if isinstance(node, Pending):
-            nodes = Parser(node.tokens, self.procedures, self.remember, self.variables.__contains__).parse()
-            return self.run_code(Code(nodes, self.epoch), how)
+            return self.run_code(Code(self.parse_pending(node), self.epoch), how)
         assert isinstance(node, Unknown)
         value = self.variables.get(node.name.lower())
         if value is None:
-            raise blame.placed(self, errors.unknown_procedure(node.name, list(self.procedures)), node.place)
+            return self.fail(errors.unknown_procedure(node.name, list(self.procedures)), node.place)
         return value
+
+    def parse_pending(self, node: Pending) -> list[Node]:
+        """The rest of a line, now that its first instruction is to run."""
+        return Parser(node.tokens, self.procedures, self.remember, self.variables.__contains__).parse()
+
+    def _expansion(self, node: Invocation, inputs: list[Value], *, may_be_empty: bool) -> RunList:
+        """What a macro outputs, to be run in its caller's place."""
+        value = self.invoke(node, inputs, wants_value=True)
+        if type(value) is not list:
+            error = errors.no_expansion(show_in_error(value) if value is not None else "nothing")
+            error.procedure = node.procedure.name
+            error.instruction = node.procedure.body[-1].value if node.procedure.body else None
+            raise error
+        if not (value or may_be_empty):
+            raise errors.no_expansion("[]")
+        return RunList(value)
+
+    # --- errors -----------------------------------------------------------------------------------------------
+
+    def fail(self, error: LogoError, place: Place) -> Value:
+        """Give an error its place and raise it; or output what ERRACT says instead, if it does."""
+        blame.placed(self, error, place)
+        return erract.value_instead(self, error)
+
+    def _instead(self, node: Node, wanted_by: str, result: Result) -> Value:
+        """What stands in for an input that is no value; otherwise its error is raised, or the procedure ends."""
+        if isinstance(result, Stop | Output | Goto):
+            raise ExitError(result)
+        return self.fail(blame.about_input(self, node, wanted_by), node.place)
+
+    def _instead_of_bad(
+        self, node: Call | Invocation, inputs: list[Value], bad: BadInputError, how: int
+    ) -> Result:
+        """Call a primitive again with what ERRACT says instead of an input that it does not like."""
+        error = errors.does_not_like(
+            node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted
+        )
+        value = self.fail(error, node.place)
+        if isinstance(node, Call):
+            for index, each in enumerate(inputs):
+                if each is bad.value:
+                    literals: list[Node] = [Literal(given, node.place) for given in inputs]
+                    literals[index] = Literal(value, node.place)
+                    erract.refuse_loop(self, bad.value, value)
+                    return self.evaluate(Call(node.primitive, node.name, literals, node.place), how)
+        raise error
 
     # --- procedures -------------------------------------------------------------------------------------------
 
@@ -396,7 +535,7 @@ class Interpreter:
         """Invoke a user's procedure, and whatever takes its place."""
         if self._depth >= MAX_DEPTH:
             raise errors.stack_overflow()
-        outer = (self.hidden, self.procedure, self._wants_value, self.test)
+        outer = (self.hidden, self.procedure, self._wants_value, self.test, self._body)
         hidden: dict[str, Value | None] = {}
         self.hidden = hidden
         self._wants_value = wants_value
@@ -421,6 +560,12 @@ class Interpreter:
                 node, inputs = result.node, result.inputs
         except ExitError as ended:
             result = ended.signal
+        except LogoError as error:
+            if error.is_for_caller:
+                error.is_for_caller = False
+                if tail_call is not None:
+                    blame.placed(self, error, node.place, caller)
+            raise
         finally:
             self._depth -= 1
             for name, value in hidden.items():
@@ -428,15 +573,15 @@ class Interpreter:
                     self.variables.pop(name, None)
                 else:
                     self.variables[name] = value
-            self.hidden, self.procedure, self._wants_value, self.test = outer
+            self.hidden, self.procedure, self._wants_value, self.test, self._body = outer
         value = result.value if type(result) is Output else None
-        if tail_call is not None and (value is not None) is not wants_value:
+        if tail_call is not None and not tail_call.may_output and (value is not None) is not wants_value:
             if value is None:
-                error = errors.did_not_output(node.name, "output")
+                mismatch = errors.did_not_output(node.name, "output")
             else:
-                error = errors.unused_value(show_in_error(value), from_procedure=True)
-            error.procedure = caller.name if caller is not None else None
-            raise blame.placed(self, error, node.place)
+                mismatch = errors.unused_value(show_in_error(value), from_procedure=True)
+            blame.placed(self, mismatch, node.place, caller)
+            return self.fail(mismatch, node.place)
         return value
 
     def _call(self, function: Callable[..., Value | None], inputs: list[Value]) -> Value | None:
@@ -501,7 +646,10 @@ class Interpreter:
             except LimitReachedError as limit:
                 return self._limit_reached(limit, sys._getframe(1))
 
-        return {(0, 0): none, (1, 1): one}.get((primitive.minimum_inputs, primitive.maximum_inputs), more)
+        fewest, most = primitive.minimum_inputs, primitive.maximum_inputs
+        if fewest == most == 0:
+            return none
+        return one if fewest == most == 1 else more
 
     def _limit_reached(self, limit: LimitReachedError, frame: FrameType) -> Result:
         node, procedure = self.compiler.node_at(frame)

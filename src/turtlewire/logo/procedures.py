@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
-from turtlewire.logo.syntax import Call, Invocation, Node, OutputCall
+from turtlewire.logo.syntax import Call, Invocation, MaybeOutputCall, Node, OutputCall
 from turtlewire.logo.tokens import PRECEDENCE
 
 if TYPE_CHECKING:
@@ -40,11 +40,21 @@ class Output:
 class TailCall:
     """The last deed of a procedure is to invoke another one, which takes its place."""
 
-    __slots__ = ("inputs", "node")
+    __slots__ = ("inputs", "may_output", "node")
 
-    def __init__(self, node: Invocation, inputs: list[Value]) -> None:
+    def __init__(self, node: Invocation, inputs: list[Value], *, may_output: bool = False) -> None:
         self.node = node
         self.inputs = inputs
+        self.may_output = may_output  # .MAYBEOUTPUT: a value or none, both are fine
+
+
+class Goto:
+    """GOTO: the procedure that is running goes on from its TAG."""
+
+    __slots__ = ("tag",)
+
+    def __init__(self, tag: str) -> None:
+        self.tag = tag
 
 
 class RunList:
@@ -57,7 +67,7 @@ class RunList:
 
 
 # ``None``: a command that is done.
-Result: TypeAlias = "str | int | float | List | Array | Stop | Output | TailCall | RunList | None"
+Result: TypeAlias = "str | int | float | List | Array | Stop | Output | Goto | TailCall | RunList | None"
 
 Function = TypeVar("Function", bound="Callable[..., Result]")
 
@@ -105,6 +115,7 @@ class Primitive:
         "default_inputs",
         "function",
         "maximum_inputs",
+        "may_lack_input",
         "minimum_inputs",
         "name",
         "takes_alternative",
@@ -119,6 +130,7 @@ class Primitive:
         self.minimum_inputs = minimum
         self.maximum_inputs = maximum  # -1: any number
         self.takes_alternative = name == "if"
+        self.may_lack_input = name == "continue"  # at the end of a line
 
     def usage(self, name: str) -> str:
         """What people are told of its inputs when they gave too few or too many."""
@@ -128,8 +140,10 @@ class Primitive:
 
     def call_node(self, name: str, inputs: list[Node], place: Place) -> Node:
         """The node of the syntax tree that calls this with these inputs."""
-        kind = OutputCall if self.name == "output" else Call
-        return kind(self, name, inputs, place)
+        return _CALLS.get(self.name, Call)(self, name, inputs, place)
+
+
+_CALLS: dict[str, type[Call]] = {"output": OutputCall, ".maybeoutput": MaybeOutputCall}
 
 
 class OptionalInput(NamedTuple):
@@ -143,8 +157,8 @@ class UserProcedure:
     """A procedure that a program defined. Defining it anew changes it in place."""
 
     __slots__ = (
-        "body", "code", "default_inputs", "function", "inputs", "is_erased", "is_refused", "maximum_inputs", "minimum_inputs", "name", "optional",
-        "rest", "takes_alternative", "title",
+        "body", "code", "default_inputs", "function", "inputs", "is_erased", "is_macro", "is_refused", "maximum_inputs",
+        "may_lack_input", "minimum_inputs", "name", "optional", "rest", "takes_alternative", "title",
     )  # fmt: skip
 
     def __init__(self, name: str) -> None:
@@ -159,6 +173,8 @@ class UserProcedure:
         self.takes_alternative = False
         self.function: Callable[..., Value | None] | None = None  # what the compiler made of it
         self.is_refused = False  # whether the compiler leaves it to the evaluator
+        self.may_lack_input = False
+        self.is_macro = False  # what it outputs is run in its caller's place
         self.is_erased = False  # code that was parsed before may still refer to it
 
     def usage(self, name: str) -> str:

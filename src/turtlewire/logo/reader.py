@@ -1,18 +1,21 @@
 """The reader: program text to lines of words and lists, each with its exact place.
 
-This is the outer half of Logo's tokenization: words end at spaces and brackets only. What is inside a word (infix
-operators, parentheses, quotes) matters only when it is run: see ``syntax``.
+This is the outer half of Logo's tokenization: words end at spaces, brackets and braces only. What is inside a word
+(infix operators, parentheses, quotes) matters only when it is run: see ``syntax``.
 """
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 from turtlewire.logo.errors import LogoError, Position
-from turtlewire.logo.values import List, Value, backslashed, barred, make_list, members_of, plain, word
+from turtlewire.logo.values import Array, List, Value, backslashed, barred, make_list, members_of, plain, word
 
 _SPACES = " \t\f\v\r\0"
-_ENDS_A_WORD = frozenset(_SPACES + "\n[];|\\~()")
+_ENDS_A_WORD = frozenset(_SPACES + "\n[]{};|\\~()")
+_CLOSERS = {"[": "]", "{": "}"}
+_ORIGIN = re.compile("@(-?[0-9]{1,15})?")
 
 
 class Source:
@@ -50,6 +53,15 @@ class Line:
         self.offsets = offsets
         self.code: Any = None
         self._value: List | None = None
+
+    def is_current(self) -> bool:
+        """Whether its list is still what was read: the program has not changed it."""
+        cells = self.value
+        for item in self.items:
+            if not cells or cells[0] is not value_of(item):
+                return False
+            cells = cells[1]
+        return not cells
 
     @property
     def value(self) -> List:
@@ -89,26 +101,34 @@ def line_of(cells: List) -> Line:
 
 
 class Definition(NamedTuple):
-    """A procedure as it stands in the source: TO, title line, body lines, END."""
+    """A procedure as it stands in the source: TO, title line, body lines, END; ``text`` is all of it, line by line."""
 
     title: Line
     body: tuple[Line, ...]
+    text: tuple[str, ...]
 
 
 class _Open(NamedTuple):
-    """A list that has begun and not yet ended."""
+    """A list or array that has begun and not yet ended."""
 
+    bracket: str
     offset: int
     items: list[Item]
     offsets: list[int]
 
 
 class LineReader:
-    """Reads one line after the other; a line goes on while brackets, bars or parentheses are open in it."""
+    """Reads one line after the other; a line goes on while brackets, bars or parentheses are open in it.
 
-    def __init__(self, source: Source) -> None:
+    Args:
+        source: what to read.
+        is_data: it is no program: a semicolon begins no comment, and parentheses are letters.
+    """
+
+    def __init__(self, source: Source, *, is_data: bool = False) -> None:
         self.source = source
         self.offset = 0
+        self._is_data = is_data
         self._procedure = ""
 
     def read_line(self, procedure: str = "") -> Line | None:
@@ -118,13 +138,13 @@ class LineReader:
             procedure: the name of the procedure whose body is being read: its END may not come within brackets.
 
         Raises:
-            LogoError: brackets, parentheses or bars that never end, or an unexpected ``]``.
+            LogoError: brackets, parentheses or bars that never end, or an unexpected ``]`` or ``}``.
         """
         text = self.source.text
         if self.offset >= len(text):
             return None
         self._procedure = procedure
-        open_lists = [_Open(self.offset, [], [])]
+        open_lists = [_Open("", self.offset, [], [])]
         open_parens: list[int] = []
         i, size = self.offset, len(text)
         while i < size:
@@ -136,29 +156,30 @@ class LineReader:
                 self._refuse_end(i, open_lists[-1].offset if len(open_lists) > 1 else open_parens[-1])
             elif c in _SPACES:
                 i += 1
-            elif c == "[":
-                open_lists.append(_Open(i, [], []))
+            elif c in "[{":
+                open_lists.append(_Open(c, i, [], []))
                 i += 1
-            elif c == "]":
-                if len(open_lists) == 1:
-                    raise self._error(26, "unexpected ']'", i, "This ] has no [ before it.")
-                done = open_lists.pop()
-                open_lists[-1].items.append(Line(tuple(done.items), self.source, tuple(done.offsets)))
-                open_lists[-1].offsets.append(done.offset)
-                i += 1
-            elif c == ";" or (c == "#" and text.startswith("#!", i) and (i == 0 or text[i - 1] == "\n")):
+            elif c in "]}":
+                i = self._close(i, open_lists)
+            elif self._begins_comment(i):
                 i = self._skip_comment(i)
             elif c == "~" and text.startswith("~\n", i):
                 i += 2
             else:
-                end, value = self._read_word(i, open_parens if len(open_lists) == 1 else None)
+                outside = len(open_lists) == 1 and not self._is_data
+                end, value = self._read_word(i, open_parens if outside else None)
                 open_lists[-1].items.append(value)
                 open_lists[-1].offsets.append(i)
                 i = end
         self.offset = i
         if len(open_lists) > 1:
+            bracket, began = open_lists[-1].bracket, open_lists[-1].offset
+            closer = _CLOSERS[bracket]
             raise self._error(
-                10, "']' not found", open_lists[-1].offset, "This [ has no ] up to the end of the program."
+                10,
+                f"'{closer}' not found",
+                began,
+                f"This {bracket} has no {closer} up to the end of the program.",
             )
         if open_parens:
             raise self._error(
@@ -166,6 +187,37 @@ class LineReader:
             )
         line = open_lists[0]
         return Line(tuple(line.items), self.source, tuple(line.offsets))
+
+    def _close(self, i: int, open_lists: list[_Open]) -> int:
+        """End the list or array that is open, at its bracket; the offset behind it, and behind an array's origin."""
+        text = self.source.text
+        done = open_lists[-1]
+        if text[i] != _CLOSERS.get(done.bracket):
+            number, opener = (26, "[") if text[i] == "]" else (27, "{")
+            hint = f"This {text[i]} has no {opener} before it."
+            if done.bracket:
+                hint += f" The {done.bracket} that is open wants a {_CLOSERS[done.bracket]}."
+            raise self._error(number, f"unexpected '{text[i]}'", i, hint)
+        open_lists.pop()
+        item: Item
+        if text[i] == "]":
+            item = Line(tuple(done.items), self.source, tuple(done.offsets))
+            end = i + 1
+        else:
+            origin = _ORIGIN.match(text, i + 1)
+            item = Array(
+                [value_of(each) for each in done.items], int(origin[1] or 1) if origin is not None else 1
+            )
+            end = i + 1 if origin is None else origin.end()
+        open_lists[-1].items.append(item)
+        open_lists[-1].offsets.append(done.offset)
+        return end
+
+    def _begins_comment(self, i: int) -> bool:
+        text = self.source.text
+        if self._is_data:
+            return False
+        return text[i] == ";" or (text.startswith("#!", i) and (i == 0 or text[i - 1] == "\n"))
 
     def _read_word(self, start: int, open_parens: list[int] | None) -> tuple[int, Value]:
         """A word, and where it ends; parentheses are counted outside brackets only, so that lines can go on."""
@@ -196,6 +248,10 @@ class LineReader:
                 i += 2
             elif c == "~":
                 i += 2
+            elif c == ";" and self._is_data:
+                begin = i
+                i += 1
+                continue
             elif c == ";":
                 i = self._skip_comment(i)
                 if not (text.startswith("~\n", i - 2) and i < size):
@@ -262,7 +318,7 @@ def read(text: str, name: str = "") -> list[Line | Definition]:
     while (line := reader.read_line()) is not None:
         if not line.items:
             continue
-        if _starts_with(line, "to"):
+        if _starts_with(line, "to", ".macro"):
             program.append(_read_definition(reader, line))
         else:
             program.append(line)
@@ -270,27 +326,40 @@ def read(text: str, name: str = "") -> list[Line | Definition]:
 
 
 def read_list(text: str) -> List:
-    """The list that a text spells, as READLIST and PARSE read it: one list, the newlines in it mere spaces."""
-    reader = LineReader(Source(text, ""))
+    """The list that a text spells, as READLIST and PARSE read it: one list, the newlines in it mere spaces.
+
+    Raises:
+        LogoError: whatever ``LineReader.read_line`` raises.
+    """
+    reader = LineReader(Source(text, ""), is_data=True)
     items: list[Item] = []
-    while (line := reader.read_line()) is not None:
-        items.extend(line.items)
+    try:
+        while (line := reader.read_line()) is not None:
+            items.extend(line.items)
+    except LogoError as error:
+        error.position = None  # the program that reads the list is to blame, not a line of it
+        raise
     return Line(tuple(items)).value
 
 
-def _starts_with(line: Line, name: str) -> bool:
+def _starts_with(line: Line, *names: str) -> bool:
     first = line.items[0] if line.items else None
-    return isinstance(first, str) and first.lower() == name
+    return isinstance(first, str) and first.lower() in names
 
 
 def _read_definition(reader: LineReader, title: Line) -> Definition:
     name = title.items[1] if len(title.items) > 1 else "to"
     shown = plain(name) if isinstance(name, str) else "to"
     body: list[Line] = []
+    source = reader.source.text
+    text = [source[title.offsets[0] : reader.offset].rstrip("\n")]
+    start = reader.offset
     while (line := reader.read_line(shown)) is not None:
+        text.append(source[start : reader.offset].removesuffix("\n"))
+        start = reader.offset
         if _starts_with(line, "end") and len(line.items) == 1:
-            return Definition(title, tuple(body))
-        if _starts_with(line, "to"):
+            return Definition(title, tuple(body), tuple(text))
+        if _starts_with(line, "to", ".macro"):
             began = title.position(0)
             raise LogoError(
                 23,

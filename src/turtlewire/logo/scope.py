@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo import errors
 from turtlewire.logo.errors import LogoError
-from turtlewire.logo.procedures import OPERATION, Result, UserProcedure
+from turtlewire.logo.procedures import OPERATION, OptionalInput, Result, UserProcedure
+from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import VALUE_TYPES, Value, make_list, show_in_error
 
 if TYPE_CHECKING:
@@ -33,17 +34,26 @@ def bind(logo: Interpreter, procedure: UserProcedure, inputs: list[Value], name:
         if index < len(inputs):
             value: Result = inputs[index]
         else:
-            value = logo.run_line(optional.default, OPERATION)
-            if type(value) not in VALUE_TYPES:
-                raise LogoError(
-                    37, f"Bad default expression for optional input: {show_in_error(optional.default.value)}"
-                )
+            value = _default(logo, optional, name)
         index += 1
         set_local(logo, optional.name, value)  # type: ignore[arg-type]
     if procedure.rest:
         set_local(logo, procedure.rest, make_list(inputs[index:]))
     elif index < len(inputs):
         raise errors.too_many_inputs(name)
+
+
+def _default(logo: Interpreter, optional: OptionalInput, wanted_by: str) -> Result:
+    """The value of an optional input that was not given."""
+    code = logo.parsed(optional.default.value)
+    if code.instructions:
+        shown = show_in_error([optional.name, optional.default.value])
+        raise LogoError(37, f"Bad default expression for optional input: {shown}")
+    value = logo.run_code(code, OPERATION)
+    if type(value) not in VALUE_TYPES:
+        last = code.last
+        raise errors.did_not_output(last.name if isinstance(last, Call | Invocation) else "[]", wanted_by)
+    return value
 
 
 def set_local(logo: Interpreter, key: str, value: Value | None) -> None:

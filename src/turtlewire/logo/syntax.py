@@ -17,10 +17,10 @@ from turtlewire.logo.errors import (
 )
 from turtlewire.logo.reader import Line
 from turtlewire.logo.tokens import DOTS, NAME, NEGATE, PRECEDENCE, VALUE, Place, Token, placed
-from turtlewire.logo.values import parse_number, plain, to_text
+from turtlewire.logo.values import Array, parse_number, plain, to_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from turtlewire.logo.procedures import Primitive, UserProcedure
     from turtlewire.logo.reader import Item
@@ -67,6 +67,12 @@ class OutputCall(Call):
     __slots__ = ()
 
 
+class MaybeOutputCall(Call):
+    """.MAYBEOUTPUT with its input, which may have no value: the one exception to how inputs are evaluated."""
+
+    __slots__ = ()
+
+
 class Invocation:
     """A user's procedure with its inputs."""
 
@@ -109,15 +115,19 @@ class Pending:
         self.place = place
 
 
-Node = Literal | Variable | Call | OutputCall | Invocation | Unknown | Failure | Pending
+Node = Literal | Variable | Call | OutputCall | MaybeOutputCall | Invocation | Unknown | Failure | Pending
 
 
 class Code:
-    """A parsed instruction list: valid as long as no procedure is defined anew (``epoch``)."""
+    """A parsed instruction list: valid as long as no procedure is defined anew (``epoch``).
 
-    __slots__ = ("epoch", "instructions", "last")
+    ``lines`` are the lines that its instructions stood in, one for each of them, when it is a procedure's body.
+    """
 
-    def __init__(self, nodes: list[Node], epoch: int) -> None:
+    __slots__ = ("epoch", "instructions", "last", "lines")
+
+    def __init__(self, nodes: list[Node], epoch: int, lines: Sequence[Line] = ()) -> None:
+        self.lines = lines
         self.instructions = nodes[:-1]
         self.last = nodes[-1] if nodes else None
         self.epoch = epoch
@@ -198,7 +208,10 @@ class Parser:
         if kind == VALUE:
             if isinstance(token.value, Line):
                 self._remember(token.value)
-            return Literal(token.value, token.place)
+            literal = Literal(token.value, token.place)
+            if isinstance(token.value, Array):  # a new one whenever it is evaluated
+                return Call(self.procedures["{}"], "{}", [literal], token.place)  # type: ignore[arg-type]
+            return literal
         if kind == DOTS:
             return Variable(to_text(token.value), token.place)  # type: ignore[arg-type]
         if kind == NEGATE:
@@ -213,6 +226,8 @@ class Parser:
         if procedure is None:
             return self._unknown(name, token)
         inputs: list[Node] = []
+        if procedure.may_lack_input and not self._kind():
+            return procedure.call_node(name, inputs, token.place)
         for _ in range(procedure.default_inputs):
             if not self._kind() or self._kind() == ")":
                 raise placed(self._not_enough_inputs(name), token.place)

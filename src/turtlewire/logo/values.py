@@ -167,9 +167,8 @@ def to_number(value: Value) -> Number | None:
 
 def to_words(value: Value) -> str:
     """A value as PRINT prints it: the outermost brackets of a list left out."""
-    if isinstance(value, list):
-        return show(value)[1:-1]
-    return show(value)
+    shown = show(value)
+    return shown[1:-1] if isinstance(value, list) else shown
 
 
 def spelled(text: str) -> str:
@@ -178,28 +177,47 @@ def spelled(text: str) -> str:
     return f"|{seen}|" if seen != text else text.translate(_TO_ESCAPED) or "||"
 
 
-def show(value: Value, spell: Callable[[str], str] = plain) -> str:
-    """A value as SHOW prints it: brackets around lists, braces around arrays."""
+def show(
+    value: Value,
+    spell: Callable[[str], str] = plain,
+    *,
+    with_origins: bool = False,
+    depth: int = -1,
+    width: int = -1,
+) -> str:
+    """A value as SHOW prints it: brackets around lists, braces around arrays.
+
+    Args:
+        value: what to show.
+        spell: how a word is written.
+        with_origins: whether ``@0`` stands behind an array whose first index is 0.
+        depth: how deep lists are shown, PRINTDEPTHLIMIT; -1 for any.
+        width: how many members of each, PRINTWIDTHLIMIT; -1 for any.
+    """
+    if depth == 0:
+        return "..."
     if isinstance(value, str | int | float):
-        return spell(to_text(value))
+        return spell(_cut(to_text(value), width))
     # Iterative: lists may be nested deeper than any stack.
     pieces: list[str] = []
     closers: list[str] = []
     pending: list[Iterator[Value]] = []
-    within: set[int] = set()  # the arrays that are open: one may be its own member
+    shown: list[int] = []  # how many members of each
+    within: set[int] = set()  # what is open: an array, or a list that was changed, may be its own member
     opened: list[Value] = []
 
     def open_one(each: List | Array) -> None:
         opened.append(each)
+        within.add(id(each))
+        shown.append(0)
         if isinstance(each, Array):
-            within.add(id(each))
             pieces.append("{")
-            closers.append("}" if each.origin == 1 else f"}}@{each.origin}")
+            closers.append("}" if each.origin == 1 or not with_origins else f"}}@{each.origin}")
             pending.append(iter(each.items))
         else:
             pieces.append("[")
             closers.append("]")
-            pending.append(iter(members_of(each)))
+            pending.append(iter(_visible_members(each)))
 
     open_one(value)
     is_first = True
@@ -207,28 +225,57 @@ def show(value: Value, spell: Callable[[str], str] = plain) -> str:
         for item in pending[-1]:
             if not is_first:
                 pieces.append(" ")
-            if isinstance(item, str | int | float):
-                is_first = False
-                pieces.append(spell(to_text(item)))
-                continue
-            if id(item) in within:
-                is_first = False
-                pieces.append("{...}")
-                continue
-            is_first = True
-            open_one(item)
-            break
+            is_first = False
+            if shown[-1] == width:
+                pieces.append("...")
+                pending[-1] = iter(())
+                break
+            shown[-1] += 1
+            if item is _AROUND or len(pending) == depth:
+                pieces.append("...")
+            elif isinstance(item, str | int | float):
+                pieces.append(spell(_cut(to_text(item), width)))
+            elif id(item) in within and item != NIL:
+                pieces.append("{...}" if isinstance(item, Array) else "[...]")
+            else:
+                is_first = True
+                open_one(item)
+                break
         else:
             pending.pop()
+            shown.pop()
             within.discard(id(opened.pop()))
             is_first = False
             pieces.append(closers.pop())
     return "".join(pieces)
 
 
+_AROUND = "..."  # stands for the rest of a list whose rest is itself; told from a word by identity
+
+
+def _visible_members(cells: List) -> list[Value]:
+    """The members of a list; of one whose rest leads back into it, each of them once, and ``_AROUND``."""
+    found: list[Value] = []
+    landmark, until = cells, 1
+    while cells:
+        found.append(cells[0])
+        cells = cells[1]
+        if cells is landmark and cells:
+            return [*found, _AROUND]
+        if len(found) == until:
+            landmark, until = cells, 2 * until
+    return found
+
+
+def _cut(text: str, width: int) -> str:
+    """A word as PRINTWIDTHLIMIT has it: never less than ten characters."""
+    most = max(width, 10)
+    return text if width < 0 or len(text) <= most else text[:most] + "..."
+
+
 def show_in_error(value: Value) -> str:
     """A value as errors show it: like SHOW, but where a word begins and ends can be seen."""
-    return show(value, spelled)
+    return show(value, spelled, with_origins=True)
 
 
 def equal(a: Value, b: Value, *, ignore_case: bool = True) -> bool:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, does_not_like, not_enough_inputs
-from turtlewire.logo.procedures import OptionalInput, Primitive, UserProcedure
+from turtlewire.logo.procedures import BadInputError, OptionalInput, Primitive, UserProcedure
 from turtlewire.logo.reader import Line, value_of
-from turtlewire.logo.values import plain, show
+from turtlewire.logo.values import Value, members_of, plain, show
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -27,11 +27,29 @@ def define_from_title(logo: Interpreter, definition: Definition) -> None:
     title = definition.title
     try:
         if len(title.items) < 2:
-            raise not_enough_inputs("to")
+            raise not_enough_inputs(str(title.items[0]))
         define(logo, title.items[1], title.items[2:], definition.body, title, str(title.items[0]))
     except LogoError as error:
         error.position = title.position(1)
         raise
+
+
+def define_from_list(logo: Interpreter, name: Item, definition: Value, command: str) -> None:
+    """Carry out a DEFINE or .DEFMACRO: a list of the list of the inputs and a list for each line.
+
+    Raises:
+        LogoError: see ``define_from_title``.
+        BadInputError: the definition is no such list.
+    """
+    lines: list[Line] = []
+    for each in members_of(definition) if isinstance(definition, list) else []:
+        if not isinstance(each, list):
+            lines = []
+            break
+        lines.append(logo.line(each))
+    if not lines:
+        raise BadInputError(definition, wanted="a list of lists: the inputs, and each line")
+    define(logo, name, lines[0].items, tuple(lines[1:]), command=command)
 
 
 def define(
@@ -47,7 +65,7 @@ def define(
     Raises:
         LogoError: see ``define_from_title``; errors name ``command``.
     """
-    is_to = command.lower() == "to"
+    is_to = command.lower() in ("to", ".macro")
     if not isinstance(name, str) or ((is_to and name[:1] in ':"') or "(" in name):
         raise does_not_like(command, show(value_of(name)), number=4 if is_to else 7, wanted=_NAME)
     key = plain(name).lower()
@@ -63,6 +81,7 @@ def define(
     fresh.maximum_inputs = -1 if fresh.rest else len(fresh.inputs) + len(fresh.optional)
     if fresh.default_inputs < 0:
         fresh.default_inputs = fresh.minimum_inputs
+    fresh.is_macro = command.lower() in (".macro", ".defmacro")
     fresh.body = body
     fresh.title = title
     if procedure is None:

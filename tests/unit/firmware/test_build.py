@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -166,6 +167,35 @@ def test_nothing_to_build_with(no_tools: Path, tmp_path: Path, monkeypatch: pyte
     monkeypatch.setenv("ARDUINO_AVR_CORE", str(tmp_path / "no-core"))
     with pytest.raises(UsageError, match="avr-gcc is not there"):
         build(SKETCHES["SimpleCar"], BOARDS["uno"], tmp_path, "avr-gcc")
+
+
+def test_many_at_once_with_nothing_kept_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arduino's core is made once for them all, and is not exchanged under the linker of another."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    with ThreadPoolExecutor(4) as threads:
+        made = list(
+            threads.map(
+                lambda name: build(SKETCHES[name], BOARDS["uno"], tmp_path / name, "avr-gcc"), SKETCHES
+            )
+        )
+    assert [built.sketch for built in made] == list(SKETCHES)
+    (kept,) = (tmp_path / "empty" / "turtlewire").iterdir()
+    assert kept.suffix == ".a"
+    before = kept.stat()
+    build(SKETCHES["SimpleCar"], BOARDS["uno"], tmp_path / "again", "avr-gcc")
+    assert (kept.stat().st_ino, kept.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
+
+
+def test_a_home_without_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """FAT and some network drives have none."""
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    monkeypatch.setattr("os.link", refuse)
+    build(SKETCHES["SimpleCar"], BOARDS["uno"], tmp_path, "avr-gcc")
+    assert [path.suffix for path in (tmp_path / "empty" / "turtlewire").iterdir()] == [".a"]
 
 
 def test_a_compiler_that_is_not_all_there(no_tools: Path, tmp_path: Path) -> None:

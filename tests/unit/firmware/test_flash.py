@@ -69,7 +69,7 @@ def test_by_arduino_cli(
                 "avrdude: verification error; content mismatch"
             ),
             "its chip is worn",
-            "written, but not read back",
+            "came to no good end",
         ),
         ("no such board", "is it the right port", "Nothing was written"),
     ],

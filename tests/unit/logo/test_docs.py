@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "logo.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```logo\n(.*?)```\n(?:\n```text\n(.*?)```)?", PAGE, re.DOTALL)
 ROWS = re.findall(r"^\| (`.*?`) \| (.*) \|$", PAGE, re.MULTILINE)
+_NAME = re.compile(r"`` (`) ``|`(.+?)`")
 
 
 @pytest.mark.parametrize(("program", "output"), EXAMPLES)
@@ -28,12 +29,17 @@ def test_there_are_examples() -> None:
 
 
 def test_the_tables_have_every_primitive_and_no_other() -> None:
-    names = [name for row, _ in ROWS for name in re.findall(r"`(.+?)`", row)]
+    names = [name for row, _ in ROWS for name in _names(row)]
     assert sorted(names) == sorted(PRIMITIVES)
+
+
+def _names(row: str) -> list[str]:
+    """The names in a row of a table; the backquote is written between two of them."""
+    return [backquote or name for backquote, name in _NAME.findall(row)]
 
 
 def test_synonyms_stand_in_one_row() -> None:
     for row, line in ROWS:
-        names = re.findall(r"`(.+?)`", row)
+        names = _names(row)
         assert len({id(PRIMITIVES[name]) for name in names}) == 1
         assert line.endswith((".", "?", "`"))

@@ -137,7 +137,7 @@ class TestDefinitions:
         assert session.error(head + 'run [define "g [[]] g 1]').text == "too many inputs to g"
 
     def test_a_bad_default(self, session: Session) -> None:
-        assert session.error("to f [:x print 1]\nend\n(f)").number == 37
+        assert session.error("to f [:x print 1 2]\nend\n(f)").number == 37
 
     def test_optional_inputs_and_rest(self, session: Session) -> None:
         program = "to f :a [:b :a + 1] [:c]\nshow (list :a :b :c)\nend\nf 1 (f 1 5) (f 1 5 6 7)"

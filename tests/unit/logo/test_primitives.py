@@ -66,7 +66,6 @@ def test_horn_lamp_speed_and_waiting(session: Session) -> None:
         'define "f []',
         'define "f [a]',
         'define "f [[] a]',
-        'push "word 1',
         "int [1]",
         "repeat -1 []",
     ],
@@ -121,7 +120,7 @@ def test_steps_are_scaled(make_session: Callable[..., Session]) -> None:
             'print combine "a "b print remove "b "abc print remdup "abab show remdup [a b a]',
             "ab\nac\nab\n[b a]\n",
         ),
-        ('show parse "|a b| show runparse "|:a+b| show runparse ["c]', '[a b]\n[:a + b]\n["c]\n'),
+        ('show parse "|a b| show runparse "|:a+b| show runparse ["c]', '[a b]\n[:a+b]\n["c]\n'),
         (
             'make "caseignoredp "false print "a = "A print beforep "B "a print memberp "a [A]',
             "false\ntrue\nfalse\n",

@@ -97,7 +97,8 @@ def test_printing() -> None:
     assert show_in_error("") == "||"
     assert len(members_of(value)) == 5
     array = Array([1, make_list(("a", "b")), Array([], 0)])
-    assert show(array) == to_words(array) == "{1 [a b] {}@0}"
+    assert show(array) == to_words(array) == "{1 [a b] {}}"
+    assert show_in_error(array) == "{1 [a b] {}@0}"
     array.items[2] = make_list((array, "c"))
     assert show(array) == "{1 [a b] [{...} c]}"
 

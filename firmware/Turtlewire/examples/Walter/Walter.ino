@@ -80,7 +80,7 @@ struct Turtle {
   void add_turn(float deg) { add(true, deg); }
   void add_move(float half_mm) { add(false, half_mm); }
   void add(bool is_turn, float amount);
-  void go_to(float to_x, float to_y);
+  void go_to(float to_x, float to_y, bool keeps_heading);
   void start(bool is_turn, bool ahead, uint32_t steps);
   void account(bool is_complete);
   void move_pen(bool down);
@@ -137,11 +137,11 @@ void Turtle::begin(const Message& message) {
     case LAMP_ON: digitalWrite(LAMP_PIN, HIGH); break;
     case LAMP_OFF: digitalWrite(LAMP_PIN, LOW); break;
     case RESET_LOCATION: x = y = 0.0F; break;
-    case GO_HOME: go_to(0.0F, 0.0F); break;
+    case GO_HOME: go_to(0.0F, 0.0F, false); break;
     case TURN_TO: add_turn(shorter(message.u16() - heading - owed_deg)); break;
-    case GO_TO: go_to(message.i16(0), message.i16(1)); break;
-    case GO_TO_X: go_to(message.i16(), y); break;
-    case GO_TO_Y: go_to(x, message.i16()); break;
+    case GO_TO: go_to(message.i16(0), message.i16(1), true); break;
+    case GO_TO_X: go_to(message.i16(), y, true); break;
+    case GO_TO_Y: go_to(x, message.i16(), true); break;
     default: answer(message); break;
   }
 }
@@ -160,16 +160,18 @@ void Turtle::answer(const Message& message) {
   }
 }
 
-// There by the straight way; the heading is kept (W10).
-void Turtle::go_to(float to_x, float to_y) {
+// There by the straight way; only to its home it comes as it goes (W10).
+void Turtle::go_to(float to_x, float to_y, bool keeps_heading) {
   const float distance = hypot(to_x - x, to_y - y);
-  if (distance == 0.0F) {
+  if (distance < HALF_MM_PER_STEP / 2.0F) {  // it is there: a bearing to that place would mean nothing
     return;
   }
   const float turn = shorter(bearing(to_x, to_y) - heading - owed_deg);
   add_turn(turn);
   add_move(distance);
-  add_turn(-turn);
+  if (keeps_heading) {
+    add_turn(-turn);
+  }
 }
 
 void Turtle::add(bool is_turn, float amount) {

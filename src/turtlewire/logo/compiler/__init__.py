@@ -11,7 +11,7 @@ import ast
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.logo.compiler import python as py
-from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier
+from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier, is_simple
 from turtlewire.logo.compiler.ending import ProcedureEnding
 from turtlewire.logo.compiler.facts import Survey, literal_name
 from turtlewire.logo.compiler.faults import FAULTS, Record, innermost, translated
@@ -117,6 +117,11 @@ class Compiler(Namer):
         function: Callable[[], Any] = self._globals[name]
         return function
 
+    def switch_off(self) -> None:
+        """Compile nothing from now on: the program wants to put values in the place of errors (ERRACT)."""
+        self._is_used = False
+        self.forget()
+
     def forget(self) -> None:
         """A procedure has been defined, or defined anew, or erased: nothing that was known is certain."""
         self._survey = Survey(self._logo)
@@ -153,8 +158,7 @@ class Compiler(Namer):
         draft = self._draft(procedure)
         if draft is None:
             return None
-        module = ast.Module(draft.tree, [])
-        return ast.unparse(ast.fix_missing_locations(module))
+        return ast.unparse(py.module(draft.tree))
 
     # ------------------------------------------------------------------ compiling
 
@@ -198,7 +202,7 @@ class Compiler(Namer):
 
     def _written(self, procedure: UserProcedure) -> _Draft:
         survey = self._survey
-        if procedure.optional or procedure.rest or procedure.is_erased:
+        if not is_simple(procedure) or procedure.is_erased:
             raise RefusedError("inputs that can be left out")
         if self._logo.is_watched(procedure):
             raise RefusedError("it is traced or stepped")
@@ -297,6 +301,7 @@ class Compiler(Namer):
                     raise RefusedError("a local variable that was another one before")
                 if key not in emitter.names:
                     emitter.names[key] = f"{identifier(key)}_"
+                emitter.uncertain.add(emitter.names[key])
                 seen.add(key)
 
     def _may_be_local(self, facts: Any, reached: frozenset[UserProcedure]) -> Callable[[str], bool]:
@@ -311,9 +316,8 @@ class Compiler(Namer):
     def _finish(self, drafts: list[_Draft]) -> None:
         """Make functions of what is written, and of what it names."""
         for draft in drafts:
-            module = ast.fix_missing_locations(ast.Module(draft.tree, []))
             title = draft.procedure.name if draft.procedure is not None else draft.name
-            exec(compile(module, f"<{title}>", "exec"), self._globals)
+            exec(compile(py.module(draft.tree), f"<{title}>", "exec"), self._globals)
             record = Record(draft.procedure, draft.sites)
             if not record.sites:
                 record.sites.append(draft_site(draft))

@@ -34,14 +34,7 @@ def _choice(emitter: Emitter, node: Call) -> Expr:
     if len(node.inputs) != 3:
         raise RefusedError("an if that may output nothing")
     condition = emitter.condition(node.inputs[0], node.name)
-    made: list[tuple[list[Stmt], Expr]] = []
-    for each in node.inputs[1:]:
-        found: list[Expr] = []
-        line = emitter.line(each)
-        statements = emitter.within(
-            lambda line=line, found=found: found.append(_result(emitter, line, node.name))
-        )  # type: ignore[misc]
-        made.append((statements, found[0]))
+    made = [_branch(emitter, emitter.line(each), node.name) for each in node.inputs[1:]]
     (first, then), (second, otherwise) = made
     if not first and not second:
         return py.either(condition, then, otherwise)
@@ -50,6 +43,12 @@ def _choice(emitter: Emitter, node: Call) -> Expr:
     second.append(py.assign(name, otherwise))
     emitter.body.append(py.when(condition, first, second))
     return py.name(name)
+
+
+def _branch(emitter: Emitter, line: Line, wanted_by: str) -> tuple[list[Stmt], Expr]:
+    """The statements and the value of a list that may be run."""
+    found: list[Expr] = []
+    return emitter.within(lambda: found.append(_result(emitter, line, wanted_by))), found[0]
 
 
 def _result(emitter: Emitter, line: Line, wanted_by: str) -> Expr:
@@ -252,7 +251,7 @@ def _assigns(body: list[Stmt], variable: str) -> bool:
     )
 
 
-def _repcount(emitter: Emitter, node: Call) -> Expr:
+def _repcount(emitter: Emitter, node: Call) -> Expr:  # noqa: ARG001
     if not emitter.count:
         raise RefusedError("the REPEAT may be another procedure's")
     emitter.asked_count = True

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.facts import MOVING, RUNS, chapter_of, is_plain, literal_name
-from turtlewire.logo.procedures import UserProcedure
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node, Variable
 from turtlewire.logo.values import Array, plain
 
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     from turtlewire.logo.compiler.facts import Facts, Survey
     from turtlewire.logo.compiler.python import Expr, Stmt
+    from turtlewire.logo.procedures import UserProcedure
     from turtlewire.logo.reader import Line
 
 _MOST_INPUTS = 12
@@ -71,6 +71,7 @@ class Emitter:
         self.sites: list[Site] = []
         self.body: list[Stmt] = []
         self.names: dict[str, str] = {}  # variables in Python locals
+        self.uncertain: set[str] = set()  # Python locals that may have no value yet
         self.slots: list[str] = []  # what ? stands for
         self.count = ""  # what REPCOUNT and # stand for
         self.asked_count = False
@@ -102,9 +103,15 @@ class Emitter:
         finally:
             self.body = outer
 
-    def kept(self, value: Expr) -> Expr:
-        """A value that can be named more than once."""
-        if isinstance(value, ast.Constant | ast.Name):
+    def is_certain(self, value: Expr) -> bool:
+        """Whether a value is there, whatever happens."""
+        return isinstance(value, ast.Constant) or (
+            isinstance(value, ast.Name) and value.id not in self.uncertain
+        )
+
+    def kept(self, value: Expr, *, always: bool = False) -> Expr:
+        """A value that can be named more than once; ``always``: and is certain."""
+        if isinstance(value, ast.Constant | ast.Name) and not (always and not self.is_certain(value)):
             return value
         name = self.temp()
         self.body.append(py.assign(name, value))
@@ -130,10 +137,14 @@ class Emitter:
 
     def values(self, nodes: Sequence[Node], wanted_by: str) -> list[Expr]:
         """The values of inputs, in their order."""
+        return self.in_order(nodes, lambda node: self.value(node, wanted_by))
+
+    def in_order(self, nodes: Sequence[Node], make: Callable[[Node], Expr]) -> list[Expr]:
+        """Several expressions, such that each is evaluated after those before it."""
         made: list[Expr] = []
         for node in nodes:
             before = len(self.body)
-            value = self.value(node, wanted_by)
+            value = make(node)
             if len(self.body) > before:  # it needs statements: what comes before it must be done before them
                 for index, each in enumerate(made):
                     if not isinstance(each, ast.Constant):
@@ -275,7 +286,7 @@ class Emitter:
 
     def invocation(self, node: Invocation, wanted_by: str, *, as_command: bool = False) -> Expr:
         """A call of a user's procedure."""
-        if len(node.inputs) > _MOST_INPUTS or node.procedure.optional or node.procedure.rest:
+        if len(node.inputs) > _MOST_INPUTS or not is_simple(node.procedure):
             raise RefusedError(f"{node.name} takes inputs that can be left out")
         inputs = self.values(node.inputs, node.name)
         number = self.site(node, wanted_by)
@@ -333,6 +344,11 @@ class Emitter:
         return self.temp(f"{identifier(key)}_")
 
 
+def is_simple(procedure: UserProcedure) -> bool:
+    """Whether a procedure has all of its inputs always, and is no macro."""
+    return not (procedure.optional or procedure.rest or procedure.is_macro)
+
+
 class SlotNode(Literal):
     """What a template's slot holds, as an input of a procedure that is named."""
 
@@ -346,11 +362,11 @@ class SlotNode(Literal):
 class Ending:
     """How the function ends; at top level, by no instruction."""
 
-    def nothing(self, emitter: Emitter, node: Node | None) -> None:
+    def nothing(self, emitter: Emitter, node: Node | None) -> None:  # noqa: ARG002 - for those that do
         """STOP."""
         raise RefusedError("STOP and OUTPUT are for procedures")
 
-    def output(self, emitter: Emitter, node: Call) -> None:
+    def output(self, emitter: Emitter, node: Call) -> None:  # noqa: ARG002
         """OUTPUT."""
         raise RefusedError("STOP and OUTPUT are for procedures")
 

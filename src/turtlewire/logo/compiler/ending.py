@@ -11,8 +11,7 @@ import ast
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
-from turtlewire.logo.compiler.emit import Ending, RefusedError
-from turtlewire.logo.procedures import UserProcedure
+from turtlewire.logo.compiler.emit import Ending, RefusedError, is_simple
 from turtlewire.logo.syntax import Call, Invocation, OutputCall
 
 if TYPE_CHECKING:
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     from turtlewire.logo.compiler.emit import Emitter
     from turtlewire.logo.compiler.facts import Survey
+    from turtlewire.logo.procedures import UserProcedure
     from turtlewire.logo.syntax import Node
 
 
@@ -62,7 +62,7 @@ class ProcedureEnding(Ending):
         """Whether it must remember how it began anew."""
         return self._minds_value or self._minds_nothing
 
-    def nothing(self, emitter: Emitter, node: Node | None) -> None:
+    def nothing(self, emitter: Emitter, node: Node | None) -> None:  # noqa: ARG002
         """STOP, or the end of the body."""
         if self._minds_nothing:
             late = py.compare(py.name("late"), ast.Lt(), py.const(0))
@@ -93,7 +93,7 @@ class ProcedureEnding(Ending):
             return True
         if emitter.binds_dynamically:
             raise RefusedError("a call in the last place, which must see the variables of those before it")
-        if node.procedure.optional or node.procedure.rest:
+        if not is_simple(node.procedure):
             raise RefusedError(f"{node.name} takes inputs that can be left out")
         function, place = self._jump_to(node, as_command)
         inputs = emitter.values(node.inputs, node.name)

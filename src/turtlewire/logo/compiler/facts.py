@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from turtlewire.logo.procedures import Primitive
 
 # The chapters whose primitives only take values and give one: they touch no variables, and run no lists.
-_PLAIN_CHAPTERS = frozenset(("arithmetic", "arrays", "communication", "data", "graphics", "logic", "robot"))
+_PLAIN_CHAPTERS = frozenset(("arithmetic", "arrays", "data", "graphics", "logic", "predicates", "robot"))
 # The chapters whose commands take the robot's time.
 MOVING = frozenset(("graphics", "robot"))
-_PLAIN = frozenset(
-    ("gprop", "pprop", "remprop", "plist", "ignore", "throw", "procedurep", "primitivep", "definedp")
-)
-_NOT_PLAIN = frozenset(("onlimit", "onstop", "readlist", "tell", "ask", "each"))
+_PLAIN = frozenset((
+    "print", "show", "type", "gprop", "pprop", "remprop", "plist", "ignore", "throw", "procedurep", "primitivep",
+    "definedp",
+))  # fmt: skip
+_NOT_PLAIN = frozenset(("onlimit", "onstop", "tell", "ask", "each", "who", "push", "pop", "queue", "{}"))
 # Control primitives, and which of their inputs they run when it is a list that stands in the program.
 RUNS = {
     "if": (1, 2), "ifelse": (1, 2), "iftrue": (0,), "iffalse": (0,), "run": (0,), "repeat": (1,), "forever": (0,),
@@ -223,6 +224,7 @@ class Survey:
                     facts.free.add(node.key)
             elif isinstance(node, Invocation):
                 facts.calls.add(node.procedure)
+                facts.touches_any |= node.procedure.is_macro
                 self._look(node.inputs, facts, bound, in_repeat=in_repeat, in_template=in_template)
             elif isinstance(node, Call):
                 bound = self._look_at_call(node, facts, bound, in_repeat=in_repeat, in_template=in_template)

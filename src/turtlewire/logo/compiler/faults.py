@@ -73,13 +73,7 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
             return fault
         error = made
     assert isinstance(error, LogoError)
-    if not error.is_placed and record.procedure is not None and error.procedure is None:
-        error.procedure = record.procedure.name
-    error.is_placed = True
-    if error.position is None and site.node.place is not None:
-        source, offset = site.node.place
-        error.position = source.position(offset)
-    return error
+    return blame.placed(logo, error, site.node.place, record.procedure)
 
 
 def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | None) -> LogoError | None:

@@ -10,14 +10,15 @@ import ast
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
+from turtlewire.logo.syntax import Call, Literal
 from turtlewire.logo.values import EXACT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.logo.compiler.emit import Emitter
-    from turtlewire.logo.compiler.python import Expr
-    from turtlewire.logo.syntax import Call
+    from turtlewire.logo.compiler.python import Expr, Stmt
+    from turtlewire.logo.syntax import Node
 
 
 def _is_number(value: Expr) -> bool:
@@ -35,10 +36,9 @@ def _sum(emitter: Emitter, node: Call) -> Expr:
     if len(node.inputs) != 2:
         return _plain(emitter, node)
     (a, b), operands = emitter.operands(node)
-    if _is_number(a) or _is_number(b):
-        made = py.binary(a, ast.Add(), b)
-    else:  # words and lists can be added in Python: but not subtracted, nor made negative
-        made = py.binary(a, ast.Sub(), py.minus(b))
+    # Words and lists can be added in Python, though not to a number: but not subtracted, nor made negative.
+    is_safe = _is_number(a) or _is_number(b)
+    made = py.binary(a, ast.Add(), b) if is_safe else py.binary(a, ast.Sub(), py.minus(b))
     return py.at(emitter.site(node, "", operands), made)  # type: ignore[no-any-return]
 
 
@@ -55,12 +55,15 @@ def _minus(emitter: Emitter, node: Call) -> Expr:
 def _product(emitter: Emitter, node: Call) -> Expr:
     if len(node.inputs) != 2:
         return _plain(emitter, node)
-    (a, b), operands = emitter.operands(node)
-    made = py.at(emitter.site(node, "", operands), py.binary(py.minus(a), ast.Mult(), py.minus(b)))
+    a, b = emitter.values(node.inputs, node.name)
+    if not emitter.is_certain(b):  # both are there before one is made negative
+        a, b = emitter.kept(a), emitter.kept(b, always=True)
+    (a, first), (b, second) = emitter.operand(node.inputs[0], a), emitter.operand(node.inputs[1], b)
+    made = py.at(emitter.site(node, "", (first, second)), py.binary(py.minus(a), ast.Mult(), py.minus(b)))
     if _is_small(a) or _is_small(b):
         return made  # type: ignore[no-any-return]
-    first, again = emitter.named(made)
-    within = ast.Compare(py.const(-EXACT), [ast.LtE(), ast.LtE()], [first, py.const(EXACT)])
+    product, again = emitter.named(made)
+    within = ast.Compare(py.const(-EXACT), [ast.LtE(), ast.LtE()], [product, py.const(EXACT)])
     return py.either(within, again, py.call("narrowed", again))
 
 
@@ -104,6 +107,8 @@ def _part(emitter: Emitter, node: Call, part: int) -> Expr:
     )
     number = emitter.site(node, "", operands)
     slow = emitter.namer.primitive(node.primitive, moves=False)
+    if isinstance(value, ast.Constant):
+        return py.at(number, py.call(slow, py.name("logo"), value))  # type: ignore[no-any-return]
     fast = py.at(number, py.index(again, py.const(part)))
     otherwise = py.at(number, py.call(slow, py.name("logo"), again))
     return py.either(py.has_type(first, "list"), fast, otherwise)
@@ -184,24 +189,56 @@ def _or(emitter: Emitter, node: Call) -> Expr:
     return _junction(emitter, node, is_and=False)
 
 
+def _later(emitter: Emitter, node: Node, wanted_by: str) -> tuple[list[Stmt], Expr]:
+    """The statements and the truth of a condition that may not be needed."""
+    found: list[Expr] = []
+    return emitter.within(lambda: found.append(emitter.condition(node, wanted_by))), found[0]
+
+
 def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
+    """AND and OR: all inputs are evaluated; but only until it is decided are they looked at, and lists run."""
     if not node.inputs:
         return ast.Constant(value=is_and)
-    made = emitter.condition(node.inputs[0], node.name)
-    for each in node.inputs[1:]:
-        later: list[Expr] = []
-        statements = emitter.within(
-            lambda each=each, later=later: later.append(emitter.condition(each, node.name))
-        )  # type: ignore[misc]
-        if statements:  # only when it is needed
-            name = emitter.temp()
-            emitter.body.append(py.assign(name, made))
-            made = py.name(name)
-            statements.append(py.assign(name, later[0]))
-            emitter.body.append(py.when(made if is_and else py.negated(made), statements))
+
+    def is_condition(each: Node) -> bool:
+        return isinstance(each, Call) and each.primitive.name in CONDITIONS
+
+    def evaluated(each: Node) -> Expr:
+        if isinstance(each, Literal):
+            return py.NONE
+        return emitter.condition(each, node.name) if is_condition(each) else emitter.raw(each, node.name)
+
+    made = emitter.in_order(node.inputs, evaluated)
+    if all(is_condition(each) for each in node.inputs):
+        result = made[0]
+        for condition in made[1:]:
+            result = py.binary(result, ast.BitAnd() if is_and else ast.BitOr(), condition)
+        return result
+    kept = [
+        value if isinstance(each, Literal) else emitter.kept(value)
+        for each, value in zip(node.inputs, made, strict=True)
+    ]
+    name = emitter.temp()
+    decided = ast.Constant(value=not is_and)
+    outer = emitter.body
+    for index, (each, value) in enumerate(zip(node.inputs, kept, strict=True)):
+        if is_condition(each):
+            truth = value
+        elif isinstance(each, Literal):
+            statements, truth = _later(emitter, each, node.name)
+            emitter.body += statements
         else:
-            made = py.all_of(made, later[0]) if is_and else py.any_of(made, later[0])
-    return made
+            number = emitter.site(each, node.name)
+            truth = py.at(number, py.call("truth", value))
+        if index == len(node.inputs) - 1:
+            emitter.body.append(py.assign(name, truth))
+            break
+        rest: list[Stmt] = []
+        branches = (rest, [py.assign(name, decided)])
+        emitter.body.append(py.when(truth, *(branches if is_and else branches[::-1])))
+        emitter.body = rest
+    emitter.body = outer
+    return py.name(name)
 
 
 def _predicate(emitter: Emitter, node: Call) -> Expr:

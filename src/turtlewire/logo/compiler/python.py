@@ -109,7 +109,7 @@ def has_type(value: Expr, kind: str) -> Expr:
 
 def when(condition: Expr, then: list[Stmt], otherwise: list[Stmt] | None = None) -> Stmt:
     """``if condition: then``, and ``else``."""
-    return ast.If(condition, then or [ast.Pass()], otherwise or [])
+    return ast.If(condition, then, otherwise if otherwise is not None else [])
 
 
 def do(value: Expr) -> Stmt:
@@ -124,17 +124,32 @@ def give(value: Expr = NONE) -> Stmt:
 
 def for_each(target: str, values: Expr, body: list[Stmt]) -> Stmt:
     """``for target in values: body``."""
-    return ast.For(ast.Name(target, STORE), values, body or [ast.Pass()], [])
+    return ast.For(ast.Name(target, STORE), values, body, [])
 
 
 def forever(body: list[Stmt]) -> Stmt:
     """``while True: body``."""
-    return ast.While(ast.Constant(value=True), body or [ast.Pass()], [])
+    return ast.While(ast.Constant(value=True), body, [])
 
 
 def function(title: str, inputs: list[str], body: list[Stmt]) -> ast.FunctionDef:
     """``def title(inputs): body``."""
     arguments = ast.arguments([], [ast.arg(each) for each in inputs], None, [], [], None, [])
-    made = ast.FunctionDef(title, arguments, body or [ast.Pass()], [])
+    made = ast.FunctionDef(title, arguments, body, [])
     made.type_params = []  # type: ignore[attr-defined,unused-ignore]  # wanted from Python 3.12 on
     return made
+
+
+def module(tree: list[Stmt]) -> ast.Module:
+    """Statements, as Python can compile them: every place has a line, and no block is empty."""
+    pending: list[Any] = list(tree)
+    for each in pending:
+        if isinstance(each, ast.If | ast.For | ast.While | ast.Try | ast.FunctionDef):
+            if not each.body:
+                each.body.append(ast.Pass())
+            pending += each.body
+            if not isinstance(each, ast.FunctionDef):
+                pending += each.orelse
+            if isinstance(each, ast.Try):
+                pending += each.finalbody
+    return ast.fix_missing_locations(ast.Module(tree, []))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.logo.primitives import inputs
-from turtlewire.logo.primitives.data import ignores_case
+from turtlewire.logo.primitives.predicates import ignores_case
 from turtlewire.logo.primitives.templates import like
 from turtlewire.logo.procedures import BadInputError, Output, Stop
 from turtlewire.logo.values import (

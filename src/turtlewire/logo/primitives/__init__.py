@@ -6,11 +6,14 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.primitives import (
     arithmetic,
+    arrays,
     communication,
     control,
     data,
     graphics,
     logic,
+    macros,
+    predicates,
     robot,
     templates,
     workspace,
@@ -20,5 +23,19 @@ if TYPE_CHECKING:
     from turtlewire.logo.procedures import Primitive
 
 PRIMITIVES: dict[str, Primitive] = {}
-for _chapter in (arithmetic, communication, control, data, graphics, logic, robot, templates, workspace):
+_CHAPTERS = (
+    arithmetic,
+    arrays,
+    communication,
+    control,
+    data,
+    graphics,
+    logic,
+    macros,
+    predicates,
+    robot,
+    templates,
+    workspace,
+)
+for _chapter in _CHAPTERS:
     PRIMITIVES |= _chapter.chapter.primitives

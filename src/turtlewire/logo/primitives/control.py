@@ -9,12 +9,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, did_not_output, outside_procedure
-from turtlewire.logo.primitives.inputs import key, natural, number, truth
+from turtlewire.logo.pausing import CONTINUE, pause
+from turtlewire.logo.primitives.inputs import key, natural, number, text, truth
 from turtlewire.logo.procedures import (
     COMMAND,
     OPERATION,
     BadInputError,
     Chapter,
+    Goto,
     Output,
     Result,
     RunList,
@@ -22,7 +24,21 @@ from turtlewire.logo.procedures import (
     ThrowError,
 )
 from turtlewire.logo.syntax import Call, Invocation
-from turtlewire.logo.values import NIL, VALUE_TYPES, Number, Value, make_list, members_of, narrowed, to_words
+from turtlewire.logo.tags import has_tag
+from turtlewire.logo.values import (
+    NIL,
+    VALUE_TYPES,
+    List,
+    Number,
+    Value,
+    equal,
+    make_list,
+    members_of,
+    narrowed,
+    plain,
+    show_in_error,
+    to_words,
+)
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -102,6 +118,30 @@ def _maybeoutput(_logo: Interpreter, value: Value) -> Result:
     return Output(value)
 
 
+@primitive("goto", 1)
+def _goto(logo: Interpreter, tag: Value) -> Result:
+    if logo.procedure is None:
+        raise outside_procedure("goto")
+    if isinstance(tag, list) or not has_tag(logo, logo.procedure, key(tag)):
+        raise BadInputError(tag, 4, f"a word that stands behind TAG in a line of {logo.procedure.name}")
+    return Goto(key(tag))
+
+
+@primitive("tag", 1)
+def _tag(_logo: Interpreter, _name: Value) -> None:
+    """A place for GOTO to go to."""
+
+
+@primitive("pause", 0)
+def _pause(logo: Interpreter) -> Result:
+    return pause(logo)
+
+
+@primitive("continue co", 1, minimum=0)
+def _continue(_logo: Interpreter, value: Value | None = None) -> None:
+    raise ThrowError(CONTINUE, value)
+
+
 @primitive("ignore", 1)
 def _ignore(_logo: Interpreter, _value: Value) -> None:
     """The value is dropped."""
@@ -159,7 +199,7 @@ def _loop_number(logo: Interpreter, value: Value) -> Number:
     """A limit of FOR: a number, or a word or list that is run for one."""
     if isinstance(value, int | float):
         return value
-    result = logo.value_of(value)
+    result = logo.value_of(value, single=True)
     if result is None:
         raise BadInputError(value)
     return number(result)
@@ -176,19 +216,19 @@ def _for(logo: Interpreter, control: Value, instructions: Value) -> Result:
     start, end = _loop_number(logo, members[1]), _loop_number(logo, members[2])
     ascending = 1 if end >= start else -1
     step = _loop_number(logo, members[3]) if len(members) == 4 else ascending
-    # The variable is the loop's own; the program may change it, and what it had before comes back.
+    # The variable is the loop's own, and what it had before comes back; the program may change it for this round.
     before = logo.variables.get(name)
     level = logo.levels.enter(_rounds(start, end, step))
-    current: Number | None = start
+    current: Number = start
     try:
-        while current is not None and (current <= end if step >= 0 else current >= end):
+        while current <= end if step >= 0 else current >= end:
             logo.variables[name] = current
             result = logo.run_list(instructions)
             if result is not None:
                 return result
             if level is not None:
                 level[0] += 1
-            current = narrowed(number(logo.variables.get(name, current)) + step)
+            current = narrowed(current + step)
     finally:
         if before is None:
             logo.variables.pop(name, None)
@@ -220,7 +260,7 @@ def _while(
 
 def truth_of(logo: Interpreter, condition: Value) -> bool:
     """The truth that an instruction list outputs; a mere word is run too, so that a forgotten bracket is told."""
-    value = logo.value_of(condition)
+    value = logo.value_of(condition, single=True)
     if value is None:
         last = logo.parsed(condition).last
         raise did_not_output(last.name if isinstance(last, Call | Invocation) else "[]", "while")
@@ -247,6 +287,73 @@ def _do_until(logo: Interpreter, instructions: Value, condition: Value) -> Resul
     return _while(logo, condition, instructions, wanted=False, test_first=False)
 
 
+# --- one of several ------------------------------------------------------------------------------------------
+
+
+def _is_else(word_or_list: Value) -> bool:
+    return isinstance(word_or_list, str) and plain(word_or_list).lower() == "else"
+
+
+def _clause(command: str, clause: Value) -> tuple[Value, List]:
+    """The first member of a clause, and the instructions behind it."""
+    if not isinstance(clause, list):
+        raise BadInputError(clause, wanted="clauses in brackets, each a list in brackets")
+    if not clause:
+        raise LogoError(35, f"Empty {command} clause", hint="A clause has a condition and instructions.")
+    return clause[0], clause[1]
+
+
+@primitive("case", 2)
+def _case(_logo: Interpreter, value: Value, clauses: Value) -> Result:
+    pending = _clauses(clauses)
+    while pending:
+        first, instructions = _clause("CASE", pending[0])
+        pending = pending[1]
+        if _is_else(first) or _is_among(value, first):
+            return RunList(instructions)
+    return None
+
+
+def _clauses(value: Value) -> List:
+    if not isinstance(value, list):
+        raise BadInputError(value, wanted="clauses in brackets, each a list in brackets")
+    return value
+
+
+def _is_among(value: Value, values: Value) -> bool:
+    """Whether a value is a member of a list, or a letter of a word."""
+    if isinstance(values, list):
+        rest = values
+        while rest:
+            if equal(rest[0], value):
+                return True
+            rest = rest[1]
+        return False
+    return not isinstance(value, list) and plain(text(value)).lower() in [*plain(text(values)).lower()]
+
+
+@primitive("cond", 1)
+def _cond(logo: Interpreter, clauses: Value) -> Result:
+    pending = _clauses(clauses)
+    while pending:
+        first, instructions = _clause("COND", pending[0])
+        pending = pending[1]
+        if _is_else(first) or _holds(logo, first):
+            return RunList(instructions)
+    return None
+
+
+def _holds(logo: Interpreter, condition: Value) -> bool:
+    value = logo.value_of(condition, single=True)
+    if value is None:
+        last = logo.parsed(condition).last
+        raise did_not_output(last.name if isinstance(last, Call | Invocation) else "[]", "cond")
+    lowered = value.lower() if isinstance(value, str) else ""
+    if lowered not in ("true", "false"):
+        raise LogoError(35, f"{show_in_error(value)} not TRUE or FALSE")
+    return lowered == "true"
+
+
 # --- catching and throwing ------------------------------------------------------------------------------------
 
 
@@ -254,8 +361,9 @@ def _do_until(logo: Interpreter, instructions: Value, condition: Value) -> Resul
 def _catch(logo: Interpreter, tag: Value, instructions: Value) -> Result:
     wanted = key(tag)
     state = logo.levels.depth
+    action = logo.variables.pop("erract", None) if wanted == "error" else None
     try:
-        result = logo.run_list(instructions, OPERATION)
+        result = logo.run_list(instructions, OPERATION if logo.value_wanted else COMMAND)
     except ThrowError as thrown:
         if thrown.tag != wanted:
             raise
@@ -265,19 +373,26 @@ def _catch(logo: Interpreter, tag: Value, instructions: Value) -> Result:
         if wanted != "error":
             raise
         logo.levels.leave_to(state)
+        error.is_for_caller = False
         logo.last_error = error
         return None
+    finally:
+        if action is not None:
+            logo.variables.setdefault("erract", action)
     return result
 
 
 @primitive("throw", 1, maximum=2)
-def _throw(_logo: Interpreter, tag: Value, value: Value | None = None) -> None:
+def _throw(logo: Interpreter, tag: Value, value: Value | None = None) -> None:
     wanted = key(tag)
-    if wanted == "error":
-        raise LogoError(
-            35 if value is not None else 21, to_words(value) if value is not None else 'Throw "Error'
-        )
-    raise ThrowError(wanted, value)
+    if wanted != "error":
+        raise ThrowError(wanted, value)
+    if value is None:
+        raise LogoError(21, 'Throw "Error')
+    error = LogoError(35, to_words(value))
+    # So that a procedure can complain of its inputs as a primitive does.
+    error.is_for_caller = logo.procedure is not None
+    raise error
 
 
 @primitive("error", 0)
@@ -285,6 +400,7 @@ def _error(logo: Interpreter) -> Value:
     error, logo.last_error = logo.last_error, None
     if error is None:
         return NIL
-    if error.procedure is None or error.position is None:
+    if error.procedure is None:
         return make_list((error.number, error.text, NIL, NIL))
-    return make_list((error.number, error.text, error.procedure, make_list((error.position.text.strip(),))))
+    instruction = error.instruction if error.instruction is not None else NIL
+    return make_list((error.number, error.text, error.procedure, instruction))

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.primitives.inputs import answer, integer, items, text
+from turtlewire.logo.primitives.inputs import integer, items, text
 from turtlewire.logo.procedures import BadInputError, Chapter
-from turtlewire.logo.reader import line_of, read_list, value_of
-from turtlewire.logo.tokens import tokenize
 from turtlewire.logo.values import (
-    BACKSLASHED,
-    BARRED,
     NIL,
     Array,
     List,
@@ -18,8 +14,6 @@ from turtlewire.logo.values import (
     equal,
     make_list,
     members_of,
-    plain,
-    to_number,
     word,
 )
 
@@ -46,6 +40,8 @@ def _list(_logo: Interpreter, inputs: list[Value]) -> Value:
 def _sentence(_logo: Interpreter, inputs: list[Value]) -> Value:
     result: List = NIL
     for each in reversed(inputs):
+        if isinstance(each, Array):
+            raise BadInputError(each, wanted="words and lists; ARRAYTOLIST makes a list of an array")
         if not isinstance(each, list):
             result = [each, result]
         elif each:
@@ -53,15 +49,8 @@ def _sentence(_logo: Interpreter, inputs: list[Value]) -> Value:
     return result
 
 
-def _letter(value: Value) -> str:
-    found = text(value)
-    if len(found) != 1:
-        raise BadInputError(value, wanted="a single letter")
-    return found
-
-
-@primitive("fput", 2)
-def _fput(_logo: Interpreter, thing: Value, onto: Value) -> Value:
+def put_first(thing: Value, onto: Value) -> Value:
+    """A list with one more member before the others, or a word with one more letter."""
     if isinstance(onto, list):
         return [thing, onto]
     if isinstance(thing, list):
@@ -71,13 +60,23 @@ def _fput(_logo: Interpreter, thing: Value, onto: Value) -> Value:
     return word(text(thing) + text(onto))
 
 
-@primitive("lput", 2)
-def _lput(_logo: Interpreter, thing: Value, onto: Value) -> Value:
+@primitive("fput", 2)
+def _fput(_logo: Interpreter, thing: Value, onto: Value) -> Value:
+    return put_first(thing, onto)
+
+
+def put_last(thing: Value, onto: Value) -> Value:
+    """A list with one more member behind the others, or a word with one more letter."""
     if isinstance(onto, list):
         return make_list(members_of(onto), [thing, NIL])
     if not isinstance(thing, str | int | float) or len(text(thing)) != 1:
         raise BadInputError(onto)
     return word(text(onto) + text(thing))
+
+
+@primitive("lput", 2)
+def _lput(_logo: Interpreter, thing: Value, onto: Value) -> Value:
+    return put_last(thing, onto)
 
 
 @primitive("combine", 2)
@@ -169,6 +168,11 @@ def _butfirsts(logo: Interpreter, value: Value) -> Value:
 
 @primitive("item", 2)
 def _item(_logo: Interpreter, index: Value, value: Value) -> Value:
+    return item_of(index, value)
+
+
+def item_of(index: Value, value: Value) -> Value:
+    """The member of a list or array, or the letter of a word, at a place."""
     wanted = integer(index)
     if isinstance(value, Array):
         place = wanted - value.origin
@@ -197,6 +201,8 @@ def _item(_logo: Interpreter, index: Value, value: Value) -> Value:
 def _pick(logo: Interpreter, value: Value) -> Value:
     if isinstance(value, list) and value:
         return logo.random.choice(members_of(value))
+    if isinstance(value, Array) and value.items:
+        return logo.random.choice(value.items)
     return _letter_word(logo.random.choice(text(_filled(value))))
 
 
@@ -221,167 +227,4 @@ def _remdup(_logo: Interpreter, value: Value) -> Value:
 
 @primitive("quoted", 1)
 def _quoted(_logo: Interpreter, value: Value) -> Value:
-    return value if isinstance(value, list) else '"' + text(value)
-
-
-# --- predicates -----------------------------------------------------------------------------------------------
-
-
-@primitive("wordp word?", 1)
-def _wordp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=isinstance(value, str | int | float))
-
-
-@primitive("listp list?", 1)
-def _listp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=isinstance(value, list))
-
-
-@primitive("arrayp array?", 1)
-def _arrayp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=isinstance(value, Array))
-
-
-@primitive("numberp number?", 1)
-def _numberp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=to_number(value) is not None)
-
-
-@primitive("emptyp empty?", 1)
-def _emptyp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=isinstance(value, str | list) and not value)
-
-
-@primitive("equalp equal? =", 2)
-def _equalp(logo: Interpreter, a: Value, b: Value) -> Value:
-    return answer(condition=equal(a, b, ignore_case=ignores_case(logo)))
-
-
-@primitive("notequalp notequal? <>", 2)
-def _notequalp(logo: Interpreter, a: Value, b: Value) -> Value:
-    return answer(condition=not equal(a, b, ignore_case=ignores_case(logo)))
-
-
-def ignores_case(logo: Interpreter) -> bool:
-    """Whether words that differ in case only are equal: unless CASEIGNOREDP is false."""
-    setting = logo.variables.get("caseignoredp")
-    return not (isinstance(setting, str) and setting.lower() == "false")
-
-
-@primitive("beforep before?", 2)
-def _beforep(logo: Interpreter, a: Value, b: Value) -> Value:
-    first, second = plain(text(a)), plain(text(b))
-    if ignores_case(logo):
-        first, second = first.lower(), second.lower()
-    return answer(condition=first < second)
-
-
-@primitive("memberp member?", 2)
-def _memberp(logo: Interpreter, thing: Value, value: Value) -> Value:
-    if isinstance(value, list):
-        return answer(condition=bool(_cell_with(logo, thing, value)))
-    if not isinstance(thing, str | int | float) or len(text(thing)) != 1:
-        return answer(condition=False)
-    return answer(condition=_find(logo, thing, value) >= 0)
-
-
-@primitive("member", 2)
-def _member_from(logo: Interpreter, thing: Value, value: Value) -> Value:
-    if isinstance(value, list):
-        return _cell_with(logo, thing, value)
-    index = _find(logo, thing, value)
-    return word(text(value)[index:] if index >= 0 else "")
-
-
-def _cell_with(logo: Interpreter, thing: Value, cells: List) -> List:
-    """The rest of a list from a member on; empty when it is not there."""
-    ignore_case = ignores_case(logo)
-    while cells and not equal(cells[0], thing, ignore_case=ignore_case):
-        cells = cells[1]
-    return cells
-
-
-def _find(logo: Interpreter, thing: Value, value: Value) -> int:
-    """Where a word is in a word; -1 when it is not there."""
-    if not isinstance(thing, str | int | float):
-        return -1
-    whole, part = plain(text(value)), plain(text(thing))
-    return whole.lower().find(part.lower()) if ignores_case(logo) else whole.find(part)
-
-
-@primitive("substringp substring?", 2)
-def _substringp(logo: Interpreter, part: Value, whole: Value) -> Value:
-    is_within = not isinstance(whole, list) and _find(logo, part, whole) >= 0
-    return answer(condition=is_within)
-
-
-@primitive("vbarredp vbarred?", 1)
-def _vbarredp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=BARRED <= ord(_letter(value)) < BACKSLASHED)
-
-
-@primitive("backslashedp backslashed?", 1)
-def _backslashedp(_logo: Interpreter, value: Value) -> Value:
-    return answer(condition=ord(_letter(value)) >= BARRED)
-
-
-# --- queries --------------------------------------------------------------------------------------------------
-
-
-def length(cells: List) -> int:
-    """How many members a list has."""
-    count = 0
-    while cells:
-        cells = cells[1]
-        count += 1
-    return count
-
-
-@primitive("count", 1)
-def _count(_logo: Interpreter, value: Value) -> Value:
-    if isinstance(value, list):
-        return length(value)
-    return len(value.items) if isinstance(value, Array) else len(text(value))
-
-
-@primitive("ascii rawascii", 1)
-def _ascii(_logo: Interpreter, value: Value) -> Value:
-    return ord(plain(_letter(value)))
-
-
-@primitive("char", 1)
-def _char(_logo: Interpreter, value: Value) -> Value:
-    code = integer(value)
-    if not 0 <= code < BARRED or 0xD800 <= code < 0xE000:
-        raise BadInputError(value)
-    return word(chr(code))
-
-
-@primitive("lowercase", 1)
-def _lowercase(_logo: Interpreter, value: Value) -> Value:
-    return word(text(value).lower())
-
-
-@primitive("uppercase", 1)
-def _uppercase(_logo: Interpreter, value: Value) -> Value:
-    return word(text(value).upper())
-
-
-@primitive("parse", 1)
-def _parse(_logo: Interpreter, value: Value) -> Value:
-    return read_list(plain(text(value)))
-
-
-@primitive("runparse", 1)
-def _runparse(_logo: Interpreter, value: Value) -> Value:
-    as_list = value if isinstance(value, list) else read_list(plain(text(value)))
-    spelled: list[Value] = []
-    for token in tokenize(line_of(as_list)):
-        found = value_of(token.value)
-        if token.kind == "dots":
-            spelled.append(f":{text(found)}")
-        elif token.kind == "value" and isinstance(found, str):
-            spelled.append('"' + found)
-        else:
-            spelled.append(found)
-    return make_list(spelled)
+    return value if isinstance(value, list | Array) else '"' + text(value)

@@ -5,10 +5,16 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import did_not_output, not_enough_inputs, too_many_inputs, unknown_procedure
+from turtlewire.logo.errors import (
+    did_not_output,
+    does_not_like,
+    not_enough_inputs,
+    too_many_inputs,
+    unknown_procedure,
+)
 from turtlewire.logo.primitives.inputs import items, natural, text, truth
 from turtlewire.logo.procedures import COMMAND, OPERATION, BadInputError, Chapter, Primitive, Result, RunList
-from turtlewire.logo.syntax import Invocation
+from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import (
     NIL,
     VALUE_TYPES,
@@ -18,6 +24,7 @@ from turtlewire.logo.values import (
     members_of,
     plain,
     show,
+    show_in_error,
     word,
 )
 
@@ -52,7 +59,11 @@ def _apply_named(logo: Interpreter, name: str, inputs: list[Value], how: int) ->
     if 0 <= procedure.maximum_inputs < len(inputs):
         raise too_many_inputs(name)
     if isinstance(procedure, Primitive):
-        result = logo.call_primitive(procedure, inputs)
+        try:
+            result = logo.call_primitive(procedure, inputs)
+        except BadInputError as bad:
+            shown = show_in_error(bad.value)
+            raise does_not_like(name, shown, number=bad.number, wanted=bad.wanted) from None
         return logo.run_list(result.instructions, how) if isinstance(result, RunList) else result
     return logo.invoke(Invocation(procedure, name, [], None), inputs, wants_value=how == OPERATION)
 
@@ -77,7 +88,9 @@ def _apply_lambda(logo: Interpreter, template: List, inputs: list[Value], how: i
 def _value(logo: Interpreter, template: Value, inputs: list[Value], wanted_by: str) -> Value:
     result = apply_template(logo, template, inputs, OPERATION)
     if type(result) not in VALUE_TYPES:
-        raise did_not_output(show(template) if isinstance(template, list) else str(template), wanted_by)
+        last = logo.parsed(template).last if isinstance(template, list) else None
+        name = last.name if isinstance(last, Call | Invocation) else show(template)
+        raise did_not_output(name, wanted_by)
     return result  # type: ignore[return-value]
 
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError, no_value, unknown_procedure
-from turtlewire.logo.primitives.inputs import answer, items, key, text
-from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
+from turtlewire.logo.primitives.inputs import answer, key, text
+from turtlewire.logo.procedures import Chapter, Primitive, UserProcedure
 from turtlewire.logo.scope import set_local
-from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain
-from turtlewire.logo.workspace import define
+from turtlewire.logo.values import NIL, Value, make_list, members_of, plain
+from turtlewire.logo.workspace import define_from_list
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
-    from turtlewire.logo.reader import Line
 
 chapter = Chapter()
 primitive = chapter.primitive
@@ -81,15 +80,7 @@ def _to(_logo: Interpreter, _inputs: list[Value]) -> None:
 
 @primitive("define", 2)
 def _define(logo: Interpreter, name: Value, definition: Value) -> None:
-    members = items(definition)
-    if not members or not isinstance(members[0], list):
-        raise BadInputError(definition)
-    body: list[Line] = []
-    for line in members[1:]:
-        if not isinstance(line, list):
-            raise BadInputError(definition)
-        body.append(logo.line(line))
-    define(logo, name, logo.line(members[0]).items, tuple(body), command="define")
+    define_from_list(logo, name, definition, command="define")
 
 
 @primitive("text", 1)
@@ -174,33 +165,3 @@ def _plist(logo: Interpreter, owner: Value) -> Value:
     for name, value in logo.property_lists.get(key(owner), {}).items():
         members += (name, value)
     return make_list(members)
-
-
-# --- stacks and queues kept in variables ----------------------------------------------------------------------
-
-
-def _stored_list(logo: Interpreter, name: Value) -> List:
-    value = _thing(logo, name)
-    if not isinstance(value, list):
-        raise BadInputError(value)
-    return value
-
-
-@primitive("push", 2)
-def _push(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = [value, _stored_list(logo, name)]
-
-
-@primitive("pop dequeue", 1)
-def _pop(logo: Interpreter, name: Value) -> Value:
-    cells = _stored_list(logo, name)
-    if not cells:
-        raise BadInputError(name)
-    first: Value = cells[0]
-    logo.variables[key(name)] = cells[1]
-    return first
-
-
-@primitive("queue", 2)
-def _queue(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = make_list(members_of(_stored_list(logo, name)), [value, NIL])
