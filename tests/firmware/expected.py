@@ -163,7 +163,8 @@ def walter_receives(
     for piece in pieces:
         at_once = robot.receive_data(piece)
         acts = ["direct" if isinstance(m, SelectDirect) else shown("key", m) for m in at_once]
-        state = {"mode": robot.mode.value, "queued": robot.queued, "heard": robot.heard}
+        state = {"mode": robot.mode.value, "queued": robot.queued, "pending": robot.pending}
+        state |= {"heard": robot.heard}
         expected.add(arrive(piece), acts, **state, malformed=robot.malformed, overflowed=robot.overflowed)
         for _ in range(next(take, 0)):
             command = robot.next_command()

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.protocols.frame.codec import frame_bytes
 from turtlewire.protocols.frame.dialect import SHIPPED, TO_ROBOT, shipped
+from turtlewire.protocols.frame.message import MAX_FRAME, MAX_PAYLOAD
 from turtlewire.protocols.message import Field
 from turtlewire.protocols.simple import messages as s
 from turtlewire.protocols.walter import messages as w
@@ -124,7 +125,9 @@ def of_walter() -> Expected:
         groups = frozenset(vector.get("groups", ALL))
         for pieces in halves(bytes.fromhex(vector["bytes"])):
             walter(expected, pieces, Mode(vector["mode"]), groups, [20, 20])
-    lines = [line for message in LOGO_COMMANDS for line in with_arguments(message)]
+    # The one that ends Logo control last.
+    commands = sorted(LOGO_COMMANDS, key=lambda message: message is w.SelectDirect)
+    lines = [line for message in commands for line in with_arguments(message)]
     keys = [key for message in DIRECT_KEYS for key in with_arguments(message)]
     for number in range(5):
         for present in combinations("CQHE", number):
@@ -148,7 +151,7 @@ def of_walter() -> Expected:
             walter(expected, [begin + b"x" * size, b"F\x00\x01\r", b"\n\rPU\r"], Mode.LOGO, ALL, [2, 2, 2])
     expected.add("walter", [], mode="logo")
     walter_receives(expected, WalterRobot(), lines, [1] * len(lines))
-    expected.add("constants", [f"baud {w.BAUD} speed {w.DEFAULT_SPEED}"])
+    expected.add("constants", [f"baud {w.BAUD} speed {w.DEFAULT_SPEED} arguments 4"])
     of_queue(expected)
     of_replies(expected)
     chance = random.Random(2)
@@ -245,7 +248,10 @@ def of_messages(expected: Expected, name: str) -> None:
         f"{name} " + " ".join(str(+each) for each in each_of)
         for name, each_of in dialect.enumerations.items()
     ]
-    expected.add("constants", [f"baud {dialect.baud}{counts}", *named, *layouts])
+    expected.add(
+        "constants",
+        [*[f"frame {MAX_FRAME} payload {MAX_PAYLOAD}"] * 2, f"baud {dialect.baud}{counts}", *named, *layouts],
+    )
     for entry in dialect.entries:
         for payload in payloads(dialect, entry):
             robot.show(payload)

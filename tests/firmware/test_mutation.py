@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -11,10 +10,7 @@ from tools.mutation.core import FILES, Equivalent, Report, all_mutants, equivale
 from tools.mutation.operators import Mutant, lines, mutants
 from tools.mutation.trial import Trials, Verdict
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-SAMPLE = 16
+SAMPLE = 12
 
 
 @pytest.mark.parametrize(
@@ -43,8 +39,12 @@ def test_comments_and_directives_are_left_alone() -> None:
     ]
 
 
-def test_a_sample_is_noticed(tmp_path: Path) -> None:
-    trials = Trials(tmp_path)
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> Trials:
+    return Trials(tmp_path_factory.mktemp("mutation"))
+
+
+def test_a_sample_is_noticed(trials: Trials) -> None:
     listed = equivalents()
     every = [each for each in all_mutants() if not any(entry.matches(each) for entry in listed)]
     sample = random.Random(7).sample(every, SAMPLE)
@@ -52,9 +52,8 @@ def test_a_sample_is_noticed(tmp_path: Path) -> None:
 
 
 def test_a_mutant_that_changes_nothing_survives_and_one_that_is_wrong_cpp_is_never_born(
-    tmp_path: Path,
+    trials: Trials,
 ) -> None:
-    trials = Trials(tmp_path)
     original = next(each.original for each in all_mutants() if "++count_;" in each.original)
     line = next(
         each.line for each in all_mutants() if each.original == original and each.file == "simple.cpp"

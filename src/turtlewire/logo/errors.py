@@ -166,6 +166,15 @@ def unknown_procedure(name: str, known_names: Sequence[str] = (), *, number: int
     return error
 
 
+def is_primitive(name: str) -> LogoError:
+    """A primitive where only a procedure of the user's will do."""
+    return LogoError(
+        22,
+        f"{name} is a primitive",
+        hint="Primitives are changed only while REDEFP is true, and some not even then.",
+    )
+
+
 def stack_overflow() -> LogoError:
     """Procedures called one another too deep, or brackets are nested too deep."""
     return LogoError(

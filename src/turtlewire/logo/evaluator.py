@@ -13,9 +13,10 @@ import threading
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, TurtlewireError
-from turtlewire.logo import blame, erract, errors, tags
+from turtlewire.logo import blame, erract, errors, tags, tracing
 from turtlewire.logo.compiler import FAULTS, Compiler
 from turtlewire.logo.errors import LogoError, Position
+from turtlewire.logo.marks import Marks
 from turtlewire.logo.primitives import PRIMITIVES
 from turtlewire.logo.procedures import (
     BODY,
@@ -38,6 +39,7 @@ from turtlewire.logo.progress import Progress
 from turtlewire.logo.reader import Definition, Line, line_of, read
 from turtlewire.logo.recursion import room_for_recursion
 from turtlewire.logo.scope import bind
+from turtlewire.logo.streams import Streams
 from turtlewire.logo.syntax import (
     Call,
     Code,
@@ -99,14 +101,16 @@ class Interpreter:
         # The lists of programs, and others that were run, by their first cell: how each was read, and its code.
         self._lines: dict[int, tuple[List, Line]] = {}
         self.lists_change = False  # whether a program has changed a list: it may no longer be what was read
-        self.property_lists: dict[str, dict[str, Value]] = {}
-        self.epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
+        self.property_lists: dict[str, dict[str, tuple[Value, Value]]] = {}  # names as given, and values
+        self.marks = Marks()
+        self._epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
         self.procedure: UserProcedure | None = None
         self.test: bool | None = None
         self.slots: list[Value] = []  # what ? stands for
         self.iteration: tuple[int, list[Value]] | None = (
             None  # what # and ?REST stand for: how far, through what
         )
+        self.baskets: tuple[Value, Value] | None = None  # what ?IN and ?OUT stand for
         self.repeat_count = -1
         self.limit_handler: List | None = None
         self.limit_handler_changed = False
@@ -123,24 +127,35 @@ class Interpreter:
         self._node: Node | None = None
         self._thread = 0  # the one that a program runs in
         self._body: tuple[Code, list[int]] | None = None  # of the running procedure, and how far it is
+        self._is_traced = False  # whether the running procedure is: then nothing takes its place
         self.levels = Progress()
+        self.streams = Streams(self)
         self.compiler = Compiler(self, is_used=compiles)
 
     # --- running programs -------------------------------------------------------------------------------------
 
-    def run(self, source: str, name: str = "") -> None:
+    def run(self, source: str, name: str = "", *, keeps_files: bool = False) -> None:
         """Run a whole program.
 
         Args:
             source: the program's text.
             name: its file name, for error messages.
+            keeps_files: whether the files that it opens stay open, for the next one; ``streams.finish`` closes them.
 
         Raises:
             LogoError: the program is wrong. Nothing of it has run when it could not be read.
             LinkError, RobotError, MessageError: whatever the turtle raised, with a note of the place in the program.
         """
-        with room_for_recursion(_FRAMES):
-            self._run(source, name)
+        failed = True
+        try:
+            with room_for_recursion(_FRAMES):
+                self._run(source, name)
+            failed = False
+        finally:
+            if not keeps_files:
+                self.streams.finish(failed=failed)
+            elif failed:
+                self.streams.to_terminal()
 
     def _run(self, source: str, name: str) -> None:
         self._reset()
@@ -170,10 +185,14 @@ class Interpreter:
 
     def _reset(self) -> None:
         """Forget what a program that ended in an error, or by a key, may have left behind."""
+        self._is_traced = False
+        self.marks.trace_depth = 0
         self.procedure = None
         self.test = None
         self.repeat_count = -1
         self.iteration = None
+        self.baskets = None
+        self.slots = []
         self.hidden = {}
         self._depth = 0
         self.acting_on = None
@@ -277,16 +296,16 @@ class Interpreter:
     def forget_lines(self) -> None:
         """Parse everything anew that is run from now on: a list has been changed, or there are too many."""
         self._lines.clear()
-        self.epoch += 1
+        self._epoch += 1
 
     def _code_of(self, line: Line) -> Code:
         code: Code | None = line.code
-        if code is None or code.epoch != self.epoch:
+        if code is None or code.epoch != self._epoch:
             code = line.code = self._parse(line)
         return code
 
     def _parse(self, line: Line) -> Code:
-        return Code(Parser(tokenize(line), self.procedures, self.remember).parse(), self.epoch)
+        return Code(Parser(tokenize(line), self.procedures, self.remember).parse(), self._epoch)
 
     def run_code(self, code: Code, how: int, level: list[int] | None = None) -> Result:
         """Run parsed instructions; see ``run_list``. ``level`` is what ``progress`` watches them by, if it does."""
@@ -343,13 +362,13 @@ class Interpreter:
     def body_of(self, procedure: UserProcedure) -> Code:
         """The code of a procedure's body."""
         code: Code | None = procedure.code
-        if code is None or code.epoch != self.epoch:
+        if code is None or code.epoch != self._epoch:
             nodes: list[Node] = []
             lines: list[Line] = []
             for line in procedure.body:
                 nodes += Parser(tokenize(line), self.procedures, self.remember).parse()
                 lines += [line] * (len(nodes) - len(lines))
-            code = procedure.code = Code(nodes, self.epoch, lines)
+            code = procedure.code = Code(nodes, self._epoch, lines)
         return code
 
     # --- expressions ------------------------------------------------------------------------------------------
@@ -385,8 +404,8 @@ class Interpreter:
             result: Result
             if isinstance(node, Invocation):
                 if node.procedure.is_macro:
-                    result = self._expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
-                elif how == LAST and not self._wants_value:
+                    result = self.expansion(node, inputs, may_be_empty=in_place or how != OPERATION)
+                elif how == LAST and not self._wants_value and not self._is_traced:
                     return TailCall(node, inputs)
                 else:
                     return self.invoke(node, inputs, wants_value=how == OPERATION)
@@ -428,6 +447,9 @@ class Interpreter:
             return function(self)
         return function(self, inputs[0], inputs[1], inputs[2])
 
+    def _has_setter(self, name: str) -> bool:
+        return name in self.variables or name in self.marks.declared
+
     def _output(self, node: OutputCall, how: int) -> Result:
         if self.procedure is None:
             self.fail(errors.outside_procedure(node.name), node.place)
@@ -436,7 +458,7 @@ class Interpreter:
             type(each) is Invocation
             and self._wants_value
             and how in (LAST, BODY)
-            and not each.procedure.is_macro
+            and not (each.procedure.is_macro or self._is_traced)
         ):
             return TailCall(each, self.inputs_of(each))
         value = self._evaluate_last(each)
@@ -453,7 +475,8 @@ class Interpreter:
         if self.procedure is None:
             self.fail(errors.outside_procedure(node.name), node.place)
         each = node.inputs[0]
-        if type(each) is Invocation and how in (LAST, BODY) and not each.procedure.is_macro:
+        takes_place = how in (LAST, BODY) and not self._is_traced
+        if type(each) is Invocation and takes_place and not each.procedure.is_macro:
             return TailCall(each, self.inputs_of(each), may_output=True)
         result = self._evaluate_last(each)
         if result is None:
@@ -476,7 +499,7 @@ class Interpreter:
         if isinstance(node, Failure):
             return self.fail(node.error.copy(), node.place)
         if isinstance(node, Pending):
-            return self.run_code(Code(self.parse_pending(node), self.epoch), how)
+            return self.run_code(Code(self.parse_pending(node), self._epoch), how)
         assert isinstance(node, Unknown)
         value = self.variables.get(node.name.lower())
         if value is None:
@@ -485,9 +508,9 @@ class Interpreter:
 
     def parse_pending(self, node: Pending) -> list[Node]:
         """The rest of a line, now that its first instruction is to run."""
-        return Parser(node.tokens, self.procedures, self.remember, self.variables.__contains__).parse()
+        return Parser(node.tokens, self.procedures, self.remember, self._has_setter).parse()
 
-    def _expansion(self, node: Invocation, inputs: list[Value], *, may_be_empty: bool) -> RunList:
+    def expansion(self, node: Invocation, inputs: list[Value], *, may_be_empty: bool) -> RunList:
         """What a macro outputs, to be run in its caller's place."""
         value = self.invoke(node, inputs, wants_value=True)
         if type(value) is not list:
@@ -535,7 +558,9 @@ class Interpreter:
         """Invoke a user's procedure, and whatever takes its place."""
         if self._depth >= MAX_DEPTH:
             raise errors.stack_overflow()
-        outer = (self.hidden, self.procedure, self._wants_value, self.test, self._body)
+        outer = (self.hidden, self.procedure, self._wants_value, self.test, self._body, self._is_traced)
+        marks = self.marks
+        depth = marks.trace_depth
         hidden: dict[str, Value | None] = {}
         self.hidden = hidden
         self._wants_value = wants_value
@@ -543,6 +568,7 @@ class Interpreter:
         tail_call: TailCall | None = None
         caller = self.procedure
         result: Result = None
+        procedure, is_traced = node.procedure, False
         try:
             while True:
                 procedure = node.procedure
@@ -553,6 +579,10 @@ class Interpreter:
                     break
                 bind(self, procedure, inputs, node.name)
                 self.procedure = procedure
+                traced = marks.traced.procedures
+                self._is_traced = is_traced = bool(traced) and procedure.name.lower() in traced
+                if is_traced:
+                    tracing.tell_invoked(self, procedure.name, inputs)
                 result = self._run_body(procedure)
                 if type(result) is not TailCall:
                     break
@@ -573,8 +603,11 @@ class Interpreter:
                     self.variables.pop(name, None)
                 else:
                     self.variables[name] = value
-            self.hidden, self.procedure, self._wants_value, self.test, self._body = outer
+            (self.hidden, self.procedure, self._wants_value, self.test, self._body, self._is_traced) = outer
+            marks.trace_depth = depth
         value = result.value if type(result) is Output else None
+        if is_traced:
+            tracing.tell_ended(self, procedure.name, value)
         if tail_call is not None and not tail_call.may_output and (value is not None) is not wants_value:
             if value is None:
                 mismatch = errors.did_not_output(node.name, "output")
@@ -603,9 +636,20 @@ class Interpreter:
                 raise
             raise error from None
 
-    def is_watched(self, procedure: UserProcedure) -> bool:  # noqa: ARG002
-        """Whether somebody wants to see each instruction of a procedure, or its calls."""
-        return False
+    @property
+    def epoch(self) -> int:
+        """Counts what changes the meaning of programs: definitions, and what is traced and stepped."""
+        return self._epoch
+
+    @epoch.setter
+    def epoch(self, epoch: int) -> None:
+        self._epoch = epoch
+        self.compiler.forget()
+
+    def is_watched(self, procedure: UserProcedure) -> bool:
+        """Whether somebody wants to see each instruction of a procedure, or its calls, or a variable."""
+        traced, name = self.marks.traced, procedure.name.lower()
+        return bool(traced.variables) or name in traced.procedures or name in self.marks.stepped.procedures
 
     # --- limit sensors ----------------------------------------------------------------------------------------
 

@@ -157,7 +157,8 @@ class UserProcedure:
     """A procedure that a program defined. Defining it anew changes it in place."""
 
     __slots__ = (
-        "body", "code", "default_inputs", "function", "inputs", "is_erased", "is_macro", "is_refused", "maximum_inputs",
+        "body", "code", "default_inputs", "full_text", "function", "inputs", "is_erased", "is_macro", "is_refused",
+        "maximum_inputs",
         "may_lack_input", "minimum_inputs", "name", "optional", "rest", "takes_alternative", "title",
     )  # fmt: skip
 
@@ -167,6 +168,7 @@ class UserProcedure:
         self.optional: list[OptionalInput] = []
         self.rest = ""
         self.body: tuple[Line, ...] = ()
+        self.full_text: tuple[str, ...] = ()  # as it was written, line by line; by DEFINE, it was not
         self.title: Line | None = None
         self.code: Any = None
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import LogoError, does_not_like, not_enough_inputs
+from turtlewire.logo.errors import (
+    LogoError,
+    does_not_like,
+    is_primitive,
+    not_enough_inputs,
+    unknown_procedure,
+)
 from turtlewire.logo.procedures import BadInputError, OptionalInput, Primitive, UserProcedure
 from turtlewire.logo.reader import Line, value_of
-from turtlewire.logo.values import Value, members_of, plain, show
+from turtlewire.logo.tokens import PRECEDENCE
+from turtlewire.logo.values import TRUE, Value, members_of, plain, show
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.reader import Definition, Item
 
 
+# The parser makes calls of these itself.
+_KEPT = frozenset([*PRECEDENCE, "minus", "make", "{}"])
 _NAME = "a name, without any sign before it or behind it"
 _INPUTS = "nothing but the inputs in this line, each with a colon, as in :size; the instructions begin in the next line"
 
@@ -28,7 +37,8 @@ def define_from_title(logo: Interpreter, definition: Definition) -> None:
     try:
         if len(title.items) < 2:
             raise not_enough_inputs(str(title.items[0]))
-        define(logo, title.items[1], title.items[2:], definition.body, title, str(title.items[0]))
+        defined = define(logo, title.items[1], title.items[2:], definition.body, title, str(title.items[0]))
+        defined.full_text = definition.text
     except LogoError as error:
         error.position = title.position(1)
         raise
@@ -59,7 +69,7 @@ def define(
     body: tuple[Line, ...],
     title: Line | None = None,
     command: str = "to",
-) -> None:
+) -> UserProcedure:
     """Define a procedure, or define it anew.
 
     Raises:
@@ -70,27 +80,79 @@ def define(
         raise does_not_like(command, show(value_of(name)), number=4 if is_to else 7, wanted=_NAME)
     key = plain(name).lower()
     procedure = logo.procedures.get(key)
-    if isinstance(procedure, Primitive):
+    if isinstance(procedure, Primitive) and not may_redefine(logo, key):
         number, problem = (15, "already defined") if is_to else (22, "a primitive")
         raise LogoError(number, f"{plain(name)} is {problem}", hint="It is a primitive: choose another name.")
-    fresh = UserProcedure(plain(name))
-    fresh.default_inputs = -1
-    for each in inputs:
-        _add_input(fresh, each, command)
-    fresh.minimum_inputs = len(fresh.inputs)
-    fresh.maximum_inputs = -1 if fresh.rest else len(fresh.inputs) + len(fresh.optional)
-    if fresh.default_inputs < 0:
-        fresh.default_inputs = fresh.minimum_inputs
+    fresh = made_procedure(plain(name), inputs, body, command)
     fresh.is_macro = command.lower() in (".macro", ".defmacro")
-    fresh.body = body
     fresh.title = title
-    if procedure is None:
-        logo.procedures[key] = fresh
-    else:
-        for slot in UserProcedure.__slots__:
-            setattr(procedure, slot, getattr(fresh, slot))
     logo.epoch += 1
-    logo.compiler.forget()
+    if isinstance(procedure, UserProcedure):
+        _take_over(procedure, fresh)
+        return procedure
+    logo.procedures[key] = fresh
+    return fresh
+
+
+def _take_over(procedure: UserProcedure, fresh: UserProcedure) -> None:
+    for slot in UserProcedure.__slots__:
+        setattr(procedure, slot, getattr(fresh, slot))
+
+
+def may_redefine(logo: Interpreter, name: str) -> bool:
+    """Whether a primitive can be given another meaning: while REDEFP is true, unless the parser relies on it."""
+    setting = logo.variables.get("redefp")
+    return isinstance(setting, str) and setting.lower() == TRUE and name not in _KEPT
+
+
+def copy_definition(logo: Interpreter, new_name: str, old_name: str) -> None:
+    """Make a name mean what another one means now.
+
+    Raises:
+        LogoError: there is nothing to copy, or the new name is a primitive's.
+    """
+    key = new_name.lower()
+    old, existing = logo.procedures.get(old_name.lower()), logo.procedures.get(key)
+    if old is None:
+        raise unknown_procedure(old_name, list(logo.procedures))
+    if isinstance(existing, Primitive) and not may_redefine(logo, key):
+        raise is_primitive(new_name)
+    logo.epoch += 1
+    if isinstance(old, Primitive):
+        logo.procedures[key] = old
+        if isinstance(existing, UserProcedure):
+            existing.is_erased = True
+        return
+    copy = UserProcedure(new_name)
+    _take_over(copy, old)
+    copy.name, copy.code = new_name, None
+    if old.full_text:
+        command, _, rest = old.full_text[0].partition(" ")
+        copy.full_text = (f"{command} {new_name}{rest.lstrip()[len(old.name) :]}", *old.full_text[1:])
+    if isinstance(existing, UserProcedure):
+        _take_over(existing, copy)
+    else:
+        logo.procedures[key] = copy
+
+
+def made_procedure(
+    name: str, inputs: tuple[Item, ...], body: tuple[Line, ...], command: str
+) -> UserProcedure:
+    """A procedure that nothing is called by yet.
+
+    Raises:
+        LogoError: inputs that are none; it names ``command``.
+    """
+    made = UserProcedure(name)
+    made.default_inputs = -1
+    for each in inputs:
+        _add_input(made, each, command)
+    made.minimum_inputs = len(made.inputs)
+    made.maximum_inputs = -1 if made.rest else len(made.inputs) + len(made.optional)
+    if made.default_inputs < 0:
+        made.default_inputs = made.minimum_inputs
+    made.body = body
+    return made
 
 
 def _add_input(procedure: UserProcedure, each: Item, command: str) -> None:

@@ -114,7 +114,7 @@ class WalterRobot : public Robot {
     } else if (is(word, "abandon")) {
       robot_.abandon();
     } else if (is(word, "constants")) {
-      printf("baud %" PRIu32 " speed %u\n", walter::BAUD, walter::DEFAULT_SPEED);
+      printf("baud %" PRIu32 " speed %u arguments %u\n", walter::BAUD, walter::DEFAULT_SPEED, walter::MAX_ARGUMENTS);
     } else if (is(word, "reply")) {
       show_reply(bytes, walter::reply_u16(static_cast<uint8_t>(first[0]), static_cast<uint16_t>(atol(second)), bytes));
     } else if (is(word, "location")) {
@@ -165,6 +165,7 @@ struct Traits01 {
   static uint8_t telemetry_size(uint8_t /* type */) { return 0; }
   static void show_constants() {
     using namespace frame_0_1;
+    printf("frame %u payload %u\n", +MAX_FRAME, +MAX_PAYLOAD);
     printf("baud %" PRIu32 " engines %u servos %u\n", BAUD, COUNT_ENGINES, COUNT_SERVOS);
   }
 };
@@ -174,6 +175,7 @@ struct TraitsLiteral {
   static uint8_t telemetry_size(uint8_t /* type */) { return 0; }
   static void show_constants() {
     using namespace frame_0_1_literal;
+    printf("frame %u payload %u\n", +MAX_FRAME, +MAX_PAYLOAD);
     printf("baud %" PRIu32 " engines %u servos %u\n", BAUD, COUNT_ENGINES, COUNT_SERVOS);
   }
 };
@@ -183,6 +185,7 @@ struct TraitsTelemetry {
   static uint8_t telemetry_size(uint8_t type) { return frame_telemetry::telemetry_size(type); }
   static void show_constants() {
     using namespace frame_telemetry;
+    printf("frame %u payload %u\n", +MAX_FRAME, +MAX_PAYLOAD);
     printf("baud %" PRIu32 " servos %u\n", BAUD, COUNT_SERVOS);
     printf("state %u %u %u %u\n", state::idle, state::driving, state::stopped, state::fault);
     printf("tone %u %u %u\n", tone::off, tone::low, tone::high);
@@ -218,6 +221,7 @@ class FrameRobot : public Robot {
     if (is(word, "pass")) {
       robot_.pass(time_ms(first));
     } else if (is(word, "constants")) {
+      printf("frame %u payload %u\n", frame::MAX_FRAME, frame::MAX_PAYLOAD);
       Traits::show_constants();
       const int done[] = {(show_layout<Messages>(), 0)...};
       static_cast<void>(done);

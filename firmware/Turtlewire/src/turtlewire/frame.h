@@ -77,7 +77,7 @@ class Robot {
       if (rest >= HEADER && start[2] > MAX_PAYLOAD) {
         ++statistics_.oversized;
         ++at;
-      } else if (rest >= HEADER && rest >= start[2] + OVERHEAD) {
+      } else if (rest >= OVERHEAD && rest >= start[2] + OVERHEAD) {
         if (Dialect::crc(start, start[2]) == start[HEADER + start[2]]) {
           take(start);
           at = static_cast<uint8_t>(at + start[2] + OVERHEAD);

@@ -22,18 +22,13 @@ constexpr uint8_t MAX_FRAME = 128;
 // CRC-8/SMBUS from magic
 constexpr uint8_t CRC_POLY = 0x07;
 constexpr uint8_t CRC_INIT = 0x00;
-constexpr bool CRC_REFLECTED = false;
 constexpr uint8_t CRC_XOROUT = 0x00;
 constexpr uint8_t CRC_FIRST = 0;
 
 inline uint8_t crc8_step(uint8_t crc, uint8_t byte) {
   crc = static_cast<uint8_t>(crc ^ byte);
   for (uint8_t bit = 0; bit < 8; ++bit) {
-    if (CRC_REFLECTED) {
-      crc = static_cast<uint8_t>((crc & 0x01U) != 0 ? (crc >> 1U) ^ CRC_POLY : crc >> 1U);
-    } else {
-      crc = static_cast<uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ CRC_POLY : crc << 1U);
-    }
+    crc = static_cast<uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ CRC_POLY : crc << 1U);
   }
   return crc;
 }

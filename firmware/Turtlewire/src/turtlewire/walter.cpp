@@ -32,7 +32,6 @@ uint8_t end_line(uint8_t size, uint8_t* out) {
 
 void Parser::reset() {
   state_ = LETTERS;
-  may_skip_lf_ = false;
   count_ = 0;
   taken_ = 0;
 }

@@ -46,9 +46,6 @@ class Parser {
   // Takes one byte. After MESSAGE, message() is what it completed; an empty line is one (EMPTY_LINE).
   Result receive(uint8_t byte);
 
-  // Forgets a message that has begun; the mode stays.
-  void reset();
-
   Mode mode() const { return mode_; }
   const Message& message() const { return message_; }
 
@@ -58,6 +55,8 @@ class Parser {
  private:
   enum State : uint8_t { LETTERS, ARGUMENTS, RET, DROPPING };
 
+  // The next byte begins a message; the mode stays.
+  void reset();
   Result line_byte(uint8_t byte);
   Result key_byte(uint8_t byte);
   Result letter(uint8_t byte);

@@ -10,11 +10,16 @@ from turtlewire.logo.primitives import (
     communication,
     control,
     data,
+    files,
     graphics,
+    inspection,
     logic,
     macros,
+    marking,
     predicates,
+    receivers,
     robot,
+    saving,
     templates,
     workspace,
 )
@@ -22,20 +27,25 @@ from turtlewire.logo.primitives import (
 if TYPE_CHECKING:
     from turtlewire.logo.procedures import Primitive
 
-PRIMITIVES: dict[str, Primitive] = {}
 _CHAPTERS = (
     arithmetic,
     arrays,
     communication,
     control,
     data,
+    files,
     graphics,
+    inspection,
     logic,
     macros,
+    marking,
     predicates,
+    receivers,
     robot,
+    saving,
     templates,
     workspace,
 )
+PRIMITIVES: dict[str, Primitive] = {}
 for _chapter in _CHAPTERS:
     PRIMITIVES |= _chapter.chapter.primitives

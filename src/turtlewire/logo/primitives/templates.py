@@ -1,97 +1,35 @@
-"""Template-based iteration: APPLY, MAP, FILTER, FOREACH, REDUCE; templates are named procedures, ``?`` or lambda."""
+"""Template-based iteration: APPLY, MAP, FILTER, FOREACH, REDUCE, CASCADE and their like."""
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+import math
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import (
-    did_not_output,
-    does_not_like,
-    not_enough_inputs,
-    too_many_inputs,
-    unknown_procedure,
-)
+from turtlewire.logo.errors import did_not_output, unknown_procedure
 from turtlewire.logo.primitives.inputs import items, natural, text, truth
-from turtlewire.logo.procedures import COMMAND, OPERATION, BadInputError, Chapter, Primitive, Result, RunList
-from turtlewire.logo.syntax import Call, Invocation
-from turtlewire.logo.values import (
-    NIL,
-    VALUE_TYPES,
-    List,
-    Value,
-    make_list,
-    members_of,
-    plain,
-    show,
-    show_in_error,
-    word,
-)
+from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter, Result
+from turtlewire.logo.templates import Template, applied, put_back, template
+from turtlewire.logo.values import NIL, VALUE_TYPES, Value, make_list, members_of, show, word
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from turtlewire.logo.evaluator import Interpreter
 
 chapter = Chapter()
 primitive = chapter.primitive
 
-
-def apply_template(logo: Interpreter, template: Value, inputs: list[Value], how: int) -> Result:
-    """Apply a template to its inputs."""
-    if not isinstance(template, list):
-        return _apply_named(logo, text(template), inputs, how)
-    if template and isinstance(template[0], list):
-        return _apply_lambda(logo, template, inputs, how)
-    outer, logo.slots = logo.slots, inputs
-    try:
-        return logo.run_list(template, how)
-    finally:
-        logo.slots = outer
+_EQUALLY_LONG = "data of equal length, as many members in each"
 
 
-def _apply_named(logo: Interpreter, name: str, inputs: list[Value], how: int) -> Result:
-    procedure = logo.procedures.get(plain(name).lower())
-    if procedure is None:
-        raise unknown_procedure(name, list(logo.procedures), number=24)
-    if len(inputs) < procedure.minimum_inputs:
-        raise not_enough_inputs(name)
-    if 0 <= procedure.maximum_inputs < len(inputs):
-        raise too_many_inputs(name)
-    if isinstance(procedure, Primitive):
-        try:
-            result = logo.call_primitive(procedure, inputs)
-        except BadInputError as bad:
-            shown = show_in_error(bad.value)
-            raise does_not_like(name, shown, number=bad.number, wanted=bad.wanted) from None
-        return logo.run_list(result.instructions, how) if isinstance(result, RunList) else result
-    return logo.invoke(Invocation(procedure, name, [], None), inputs, wants_value=how == OPERATION)
-
-
-def _apply_lambda(logo: Interpreter, template: List, inputs: list[Value], how: int) -> Result:
-    names = items(template[0])
-    if len(names) != len(inputs):
-        raise BadInputError(template)
-    keys = [plain(text(name)).lower() for name in names if not isinstance(name, list)]
-    before = {key: logo.variables.get(key) for key in keys}
-    logo.variables.update(zip(keys, inputs, strict=True))
-    try:
-        return logo.run_list(template[1], how)
-    finally:
-        for key, value in before.items():
-            if value is None:
-                logo.variables.pop(key, None)
-            else:
-                logo.variables[key] = value
-
-
-def _value(logo: Interpreter, template: Value, inputs: list[Value], wanted_by: str) -> Value:
-    result = apply_template(logo, template, inputs, OPERATION)
+def _value(logo: Interpreter, found: Template, inputs: list[Value], given: Value, tool: str) -> Value:
+    """What a template outputs; ``given`` is the template as the tool was given it."""
+    result = applied(logo, found, inputs)
     if type(result) not in VALUE_TYPES:
-        last = logo.parsed(template).last if isinstance(template, list) else None
-        name = last.name if isinstance(last, Call | Invocation) else show(template)
-        raise did_not_output(name, wanted_by)
+        shown = given if isinstance(given, list) else text(given)
+        raise did_not_output(show(shown), tool)
     return result  # type: ignore[return-value]
+
+
+# --- slots ----------------------------------------------------------------------------------------------------
 
 
 @primitive("?", 0, maximum=1)
@@ -113,96 +51,264 @@ def _rest(logo: Interpreter, index: Value = 1) -> Value:
     wanted = natural(index)
     done, inputs = logo.iteration if logo.iteration is not None else (0, [])
     if not 1 <= wanted <= len(inputs):
-        raise BadInputError(index, 4)
+        raise BadInputError(index, 4, "to stand in a template, with as many data")
     data = inputs[wanted - 1]
     return make_list(members_of(data)[done:]) if isinstance(data, list) else word(text(data)[done:])
 
 
-@contextmanager
-def _iterating(logo: Interpreter, inputs: list[Value]) -> Iterator[Iterator[list[Value]]]:
-    """The columns of the inputs, one after the other, while ``#`` and ``?REST`` follow them."""
-
-    def columns() -> Iterator[list[Value]]:
-        for index, column in enumerate(_columns(inputs), 1):
-            logo.iteration = (index, inputs)
-            yield column
-
-    outer = logo.iteration
-    try:
-        yield columns()
-    finally:
-        logo.iteration = outer
+@primitive("?in", 0)
+def _in(logo: Interpreter) -> Value:
+    if logo.baskets is None:
+        raise unknown_procedure("?in")
+    return logo.baskets[0]
 
 
-@primitive("apply", 2)
-def _apply(logo: Interpreter, template: Value, inputs: Value) -> Result:
-    return apply_template(logo, template, list(items(inputs)), OPERATION)
+@primitive("?out", 0)
+def _out(logo: Interpreter) -> Value:
+    if logo.baskets is None:
+        raise unknown_procedure("?out")
+    return logo.baskets[1]
 
 
-@primitive("invoke", 2, minimum=1, maximum=-1)
-def _invoke(logo: Interpreter, inputs: list[Value]) -> Result:
-    return apply_template(logo, inputs[0], inputs[1:], OPERATION)
+# --- data -----------------------------------------------------------------------------------------------------
+
+
+def _members(data: Value) -> list[Value]:
+    """The members of a list, or the letters of a word."""
+    if isinstance(data, list):
+        return members_of(data)
+    return [word(letter) for letter in text(data)]
 
 
 def _columns(inputs: list[Value]) -> list[list[Value]]:
     """The members of several lists or words, side by side; all must be equally long."""
-    rows = [members_of(each) if isinstance(each, list) else [word(c) for c in text(each)] for each in inputs]
+    rows = [_members(each) for each in inputs]
     for each, row in zip(inputs, rows, strict=True):
         if len(row) != len(rows[0]):
-            raise BadInputError(each)
+            raise BadInputError(each, wanted=_EQUALLY_LONG)
     return [list(column) for column in zip(*rows, strict=True)]
 
 
 def like(model: Value, members: list[Value]) -> Value:
-    """A list of these members if the model is one, otherwise a word of them."""
+    """A list of these members, or a word of them, as the model is one."""
     if isinstance(model, list):
         return make_list(members)
-    for each in members:
-        if isinstance(each, list):
-            raise BadInputError(each)
-    return word("".join([text(each) for each in members if not isinstance(each, list)]))
+    return word("".join([text(each) for each in members]))
 
 
-@primitive("map", 2, maximum=-1)
-def _map(logo: Interpreter, inputs: list[Value]) -> Value:
-    with _iterating(logo, inputs[1:]) as columns:
-        return like(inputs[1], [_value(logo, inputs[0], column, "map") for column in columns])
+# --- apply ----------------------------------------------------------------------------------------------------
 
 
-@primitive("filter", 2)
-def _filter(logo: Interpreter, template: Value, data: Value) -> Value:
-    def keeps(column: list[Value]) -> bool:
-        return truth(logo, _value(logo, template, column, "filter"))
-
-    with _iterating(logo, [data]) as columns:
-        return like(data, [column[0] for column in columns if keeps(column)])
+@primitive("apply", 2)
+def _apply(logo: Interpreter, given: Value, inputs: Value) -> Result:
+    return applied(logo, template(logo, given, "apply"), items(inputs))
 
 
-@primitive("find", 2)
-def _find(logo: Interpreter, template: Value, data: Value) -> Value:
-    with _iterating(logo, [data]) as columns:
-        for column in columns:
-            if truth(logo, _value(logo, template, column, "find")):
-                return column[0]
-    return NIL
+@primitive("invoke", 2, minimum=1, maximum=-1)
+def _invoke(logo: Interpreter, inputs: list[Value]) -> Result:
+    return applied(logo, template(logo, inputs[0], "invoke"), inputs[1:])
 
 
-@primitive("reduce", 2)
-def _reduce(logo: Interpreter, template: Value, data: Value) -> Value:
-    members = [column[0] for column in _columns([data])]
-    if not members:
-        raise BadInputError(data)
-    result = members.pop()
-    while members:
-        result = _value(logo, template, [members.pop(), result], "reduce")
-    return result
+# --- for each of the data -------------------------------------------------------------------------------------
 
 
 @primitive("foreach", 2, maximum=-1)
 def _foreach(logo: Interpreter, inputs: list[Value]) -> Result:
-    with _iterating(logo, inputs[:-1]) as columns:
+    data = inputs[:-1]
+    columns = _columns(data)
+    found = template(logo, inputs[-1], "foreach")
+    outer = logo.iteration
+    level = logo.levels.enter(len(columns))
+    count = 0
+    try:
         for column in columns:
-            result = apply_template(logo, inputs[-1], column, COMMAND)
+            count += 1
+            logo.iteration = (count, data)
+            result = applied(logo, found, column, COMMAND)
             if result is not None:
                 return result
+            if level is not None:
+                level[0] = count
+    finally:
+        logo.iteration = outer
+        if level is not None:
+            logo.levels.leave()
     return None
+
+
+def _mapped(logo: Interpreter, inputs: list[Value], tool: str) -> list[Value]:
+    """What the template that comes first outputs for each of the data that come behind it."""
+    data = inputs[1:]
+    columns = _columns(data)
+    found = template(logo, inputs[0], tool)
+    outer = logo.iteration
+    outputs: list[Value] = []
+    try:
+        for column in columns:
+            logo.iteration = (len(outputs) + 1, data)
+            outputs.append(_value(logo, found, column, inputs[0], tool))
+    finally:
+        logo.iteration = outer
+    return outputs
+
+
+@primitive("map", 2, maximum=-1)
+def _map(logo: Interpreter, inputs: list[Value]) -> Value:
+    return like(inputs[1], _mapped(logo, inputs, "map"))
+
+
+@primitive("map.se", 2, maximum=-1)
+def _map_se(logo: Interpreter, inputs: list[Value]) -> Value:
+    members: list[Value] = []
+    for each in _mapped(logo, inputs, "map.se"):
+        if isinstance(each, list):
+            members += members_of(each)
+        else:
+            text(each)
+            members.append(each)
+    return make_list(members)
+
+
+@primitive("filter", 2)
+def _filter(logo: Interpreter, given: Value, data: Value) -> Value:
+    return like(data, _true_members(logo, given, data, "filter", only_one=False))
+
+
+@primitive("find", 2)
+def _find(logo: Interpreter, given: Value, data: Value) -> Value:
+    found = _true_members(logo, given, data, "find", only_one=True)
+    return found[0] if found else NIL
+
+
+def _true_members(logo: Interpreter, given: Value, data: Value, tool: str, *, only_one: bool) -> list[Value]:
+    """The members for which a template outputs true; at most the first of them if only one is wanted."""
+    found = template(logo, given, tool)
+    outer = logo.iteration
+    true_members: list[Value] = []
+    count = 0
+    try:
+        for member in _members(data):
+            count += 1
+            logo.iteration = (count, [data])
+            if truth(logo, _value(logo, found, [member], given, tool)):
+                true_members.append(member)
+                if only_one:
+                    break
+    finally:
+        logo.iteration = outer
+    return true_members
+
+
+@primitive("reduce", 2)
+def _reduce(logo: Interpreter, given: Value, data: Value) -> Value:
+    members = _members(data)
+    if not members:
+        raise BadInputError(data, wanted="at least one member to begin with")
+    found = template(logo, given, "reduce")
+    result = members.pop()
+    while members:
+        result = _value(logo, found, [members.pop(), result], given, "reduce")
+    return result
+
+
+@primitive("crossmap", 2, maximum=-1)
+def _crossmap(logo: Interpreter, inputs: list[Value]) -> Value:
+    """Every combination of members; ``:1`` is another way to write ``?1``."""
+    data = inputs[1:] if len(inputs) > 2 else _members(inputs[1])
+    rows = [_members(each) for each in data]
+    found = template(logo, inputs[0], "crossmap")
+    outputs: list[Value] = []
+    keys = [str(index + 1) for index in range(len(rows))]
+    hidden = [logo.variables.get(key) for key in keys]
+    places = [0] * len(rows)
+    total = math.prod([len(row) for row in rows])
+    try:
+        while len(outputs) < total:
+            column = [row[place] for row, place in zip(rows, places, strict=True)]
+            for key, member in zip(keys, column, strict=True):
+                logo.variables[key] = member
+            outputs.append(_value(logo, found, column, inputs[0], "crossmap"))
+            for index in range(len(rows) - 1, -1, -1):
+                places[index] = (places[index] + 1) % len(rows[index])
+                if places[index]:
+                    break
+    finally:
+        for key, value in zip(keys, hidden, strict=True):
+            put_back(logo, key, value)
+    return make_list(outputs)
+
+
+# --- again and again ------------------------------------------------------------------------------------------
+
+
+@primitive("cascade", 3, minimum=2, maximum=-1)
+def _cascade(logo: Interpreter, inputs: list[Value]) -> Value:
+    return _cascaded(logo, inputs, "cascade")
+
+
+@primitive("cascade.2", 5, minimum=2, maximum=-1)
+def _cascade_2(logo: Interpreter, inputs: list[Value]) -> Value:
+    return _cascaded(logo, inputs, "cascade.2")
+
+
+def _cascaded(logo: Interpreter, inputs: list[Value], tool: str) -> Value:
+    """Templates applied to what all of them output the time before, until the end test; then the last template."""
+    end_test = inputs[0]
+    final = inputs[-1] if len(inputs) % 2 == 0 else None
+    pairs = inputs[1:] if final is None else inputs[1:-1]
+    given, slots = pairs[::2], pairs[1::2]
+    found = [template(logo, each, tool) for each in given]
+    rounds = _rounds(end_test)
+    test = template(logo, end_test, tool) if rounds is None else None
+    outer = logo.iteration
+    count = 1
+    try:
+        while True:
+            logo.iteration = (count, [])
+            if test is None:
+                if rounds is not None and count > rounds:
+                    break
+            elif truth(logo, _value(logo, test, slots, end_test, tool)):
+                break
+            outputs: list[Value] = []
+            while (index := len(outputs)) < len(found):
+                outputs.append(_value(logo, found[index], slots, given[index], tool))
+            slots = outputs
+            count += 1
+        if final is not None:
+            return _value(logo, template(logo, final, tool), slots, final, tool)
+    finally:
+        logo.iteration = outer
+    return slots[0]
+
+
+def _rounds(end_test: Value) -> int | None:
+    """How often, when the end test is a number and no template."""
+    if not isinstance(end_test, int | float):
+        return None
+    if not 0 <= end_test < math.inf:
+        raise BadInputError(end_test, wanted="a number of times, or a template that outputs true or false")
+    return int(end_test)
+
+
+@primitive("transfer", 3)
+def _transfer(logo: Interpreter, end_test: Value, given: Value, inbasket: Value) -> Value:
+    rest = make_list(_members(inbasket))
+    found = template(logo, given, "transfer")
+    has_test = not (isinstance(end_test, list) and not end_test)
+    test = template(logo, end_test, "transfer") if has_test else None
+    outer, outer_iteration = logo.baskets, logo.iteration
+    out: Value = NIL
+    count = 0
+    try:
+        while rest:
+            count += 1
+            logo.baskets, logo.iteration = (rest[0], out), (count, [])
+            slots = [out, rest]
+            if test is not None and truth(logo, _value(logo, test, slots, end_test, "transfer")):
+                break
+            out = _value(logo, found, slots, given, "transfer")
+            rest = rest[1]
+    finally:
+        logo.baskets, logo.iteration = outer, outer_iteration
+    return out

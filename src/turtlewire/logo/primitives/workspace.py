@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.logo.errors import LogoError, no_value, unknown_procedure
+from turtlewire.logo.errors import LogoError, is_primitive, no_value, unknown_procedure
 from turtlewire.logo.primitives.inputs import answer, key, text
+from turtlewire.logo.primitives.predicates import ignores_case
+from turtlewire.logo.printout import full_text
 from turtlewire.logo.procedures import Chapter, Primitive, UserProcedure
+from turtlewire.logo.reader import read_list
 from turtlewire.logo.scope import set_local
-from turtlewire.logo.values import NIL, Value, make_list, members_of, plain
-from turtlewire.logo.workspace import define_from_list
+from turtlewire.logo.tracing import tell_property, tell_variable
+from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain, word
+from turtlewire.logo.workspace import copy_definition, define_from_list
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -23,12 +27,15 @@ primitive = chapter.primitive
 
 @primitive("make", 2)
 def _make(logo: Interpreter, name: Value, value: Value) -> None:
-    logo.variables[key(name)] = value
+    variable = key(name)
+    logo.variables[variable] = value
+    if variable in logo.marks.traced.variables:
+        tell_variable(logo, plain(text(name)), value)
 
 
 @primitive("name", 2)
 def _name(logo: Interpreter, value: Value, name: Value) -> None:
-    logo.variables[key(name)] = value
+    _make(logo, name, value)
 
 
 @primitive("thing", 1)
@@ -56,14 +63,16 @@ def _local(logo: Interpreter, inputs: list[Value]) -> None:
 @primitive("localmake", 2)
 def _localmake(logo: Interpreter, name: Value, value: Value) -> None:
     set_local(logo, key(name), value)
+    if key(name) in logo.marks.traced.variables:
+        tell_variable(logo, plain(text(name)), value)
 
 
 @primitive("global", 1, maximum=-1)
-def _global(_logo: Interpreter, inputs: list[Value]) -> None:
-    """A global variable comes into being with its value: there is nothing to do but check the names."""
+def _global(logo: Interpreter, inputs: list[Value]) -> None:
+    """A global variable comes into being with its value; from now on SET... gives it one."""
     for each in inputs:
         for name in members_of(each) if isinstance(each, list) else [each]:
-            key(name)
+            logo.marks.declared.add(key(name))
 
 
 # --- procedures -----------------------------------------------------------------------------------------------
@@ -85,18 +94,39 @@ def _define(logo: Interpreter, name: Value, definition: Value) -> None:
 
 @primitive("text", 1)
 def _text(logo: Interpreter, name: Value) -> Value:
-    procedure = _users(logo, name)
+    procedure = users(logo, name)
     inputs: list[Value] = [*procedure.inputs]
     inputs += [[each.name, each.default.value] for each in procedure.optional]
     if procedure.rest:
         inputs.append(make_list((procedure.rest,)))
+    if procedure.default_inputs != procedure.minimum_inputs:
+        inputs.append(procedure.default_inputs)
     return [make_list(inputs), make_list([line.value for line in procedure.body])]
 
 
-def _users(logo: Interpreter, name: Value) -> UserProcedure:
+@primitive("fulltext", 1)
+def _fulltext(logo: Interpreter, name: Value) -> Value:
+    procedure = users(logo, name)
+    if procedure.full_text:
+        return make_list([word(line) for line in procedure.full_text])
+    return make_list([read_list(line) for line in full_text(procedure)])
+
+
+@primitive("copydef", 2)
+def _copydef(logo: Interpreter, new_name: Value, old_name: Value) -> None:
+    new, old = plain(text(new_name)), plain(text(old_name))
+    copy_definition(logo, new, old)
+
+
+def users(logo: Interpreter, name: Value) -> UserProcedure:
+    """The user's procedure with a name.
+
+    Raises:
+        LogoError: there is none, or it is a primitive.
+    """
     procedure = logo.procedures.get(key(name))
     if isinstance(procedure, Primitive):
-        raise LogoError(22, f"{plain(text(name))} is a primitive")
+        raise is_primitive(plain(text(name)))
     if procedure is None:
         raise unknown_procedure(text(name), list(logo.procedures), number=24)
     return procedure
@@ -117,51 +147,42 @@ def _definedp(logo: Interpreter, name: Value) -> Value:
     return answer(condition=isinstance(logo.procedures.get(key(name)), UserProcedure))
 
 
-@primitive("arity", 1)
-def _arity(logo: Interpreter, name: Value) -> Value:
-    procedure = logo.procedures.get(key(name))
-    if procedure is None:
-        raise unknown_procedure(text(name), list(logo.procedures), number=24)
-    return make_list((procedure.minimum_inputs, procedure.default_inputs, procedure.maximum_inputs))
-
-
-@primitive("erase er", 1)
-def _erase(logo: Interpreter, names: Value) -> None:
-    for name in members_of(names) if isinstance(names, list) else [names]:
-        _users(logo, name).is_erased = True
-        del logo.procedures[key(name)]
-    logo.epoch += 1
-    logo.compiler.forget()
-
-
-@primitive("ern", 1)
-def _ern(logo: Interpreter, names: Value) -> None:
-    for name in members_of(names) if isinstance(names, list) else [names]:
-        logo.variables.pop(key(name), None)
-
-
 # --- property lists -------------------------------------------------------------------------------------------
+
+
+def _property_key(logo: Interpreter, name: Value) -> str:
+    return key(name) if ignores_case(logo) else plain(text(name))
 
 
 @primitive("pprop", 3)
 def _pprop(logo: Interpreter, owner: Value, name: Value, value: Value) -> None:
-    logo.property_lists.setdefault(key(owner), {})[key(name)] = value
+    properties = logo.property_lists.setdefault(key(owner), {})
+    property_key = _property_key(logo, name)
+    known = properties.get(property_key)
+    properties[property_key] = (name if known is None else known[0], value)
+    if key(owner) in logo.marks.traced.property_lists:
+        tell_property(logo, plain(text(owner)), plain(text(name)), value)
 
 
 @primitive("gprop", 2)
 def _gprop(logo: Interpreter, owner: Value, name: Value) -> Value:
-    value = logo.property_lists.get(key(owner), {}).get(key(name))
-    return NIL if value is None else value
+    found = logo.property_lists.get(key(owner), {}).get(_property_key(logo, name))
+    return NIL if found is None else found[1]
 
 
 @primitive("remprop", 2)
 def _remprop(logo: Interpreter, owner: Value, name: Value) -> None:
-    logo.property_lists.get(key(owner), {}).pop(key(name), None)
+    logo.property_lists.get(key(owner), {}).pop(_property_key(logo, name), None)
 
 
 @primitive("plist", 1)
 def _plist(logo: Interpreter, owner: Value) -> Value:
+    return property_members(logo, key(owner))
+
+
+def property_members(logo: Interpreter, owner: str) -> List:
+    """Names and values of a property list by turns, the newest property first."""
     members: list[Value] = []
-    for name, value in logo.property_lists.get(key(owner), {}).items():
+    for name, value in reversed(logo.property_lists.get(owner, {}).values()):
         members += (name, value)
     return make_list(members)

@@ -31,11 +31,7 @@ FIXED = """\
 inline uint8_t crc8_step(uint8_t crc, uint8_t byte) {
   crc = static_cast<uint8_t>(crc ^ byte);
   for (uint8_t bit = 0; bit < 8; ++bit) {
-    if (CRC_REFLECTED) {
-      crc = static_cast<uint8_t>((crc & 0x01U) != 0 ? (crc >> 1U) ^ CRC_POLY : crc >> 1U);
-    } else {
-      crc = static_cast<uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ CRC_POLY : crc << 1U);
-    }
+    crc = static_cast<uint8_t>((crc & 0x@top@U) != 0 ? (crc @shift@ 1U) ^ CRC_POLY : crc @shift@ 1U);
   }
   return crc;
 }
@@ -162,11 +158,12 @@ def header(dialect: Dialect) -> str:
         f"// {checksum}",
         f"constexpr uint8_t CRC_POLY = 0x{_reversed(made.poly) if made.reflected else made.poly:02X};",
         f"constexpr uint8_t CRC_INIT = 0x{_reversed(made.init) if made.reflected else made.init:02X};",
-        f"constexpr bool CRC_REFLECTED = {'true' if made.reflected else 'false'};",
         f"constexpr uint8_t CRC_XOROUT = 0x{made.xorout:02X};",
         f"constexpr uint8_t CRC_FIRST = {checksum.coverage.first};",
         "",
-        FIXED,
+        FIXED.replace("@top@", "01" if made.reflected else "80").replace(
+            "@shift@", ">>" if made.reflected else "<<"
+        ),
     ]
     kinds = {field.kind for entry in dialect.entries for field in entry.message_type.FIELDS}
     out += [functions for users, functions in NUMBERS if kinds & users]

@@ -63,6 +63,11 @@ class Robot:
         """How many Logo commands wait."""
         return len(self._queue)
 
+    @property
+    def pending(self) -> int:
+        """How many bytes of an unfinished message have been taken."""
+        return self._decoder.pending
+
     def receive_data(self, data: bytes) -> list[AtOnce]:
         """Take bytes; return what has to act now, in order. Logo commands go to the queue.
 
