@@ -8,10 +8,13 @@ of Python functions, which CPython keeps off the C stack; nothing between two of
 
 from __future__ import annotations
 
+import sys
+import threading
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, TurtlewireError
 from turtlewire.logo import blame, erract, errors, tags, tracing
+from turtlewire.logo.compiler import FAULTS, Compiler
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.marks import Marks
 from turtlewire.logo.primitives import PRIMITIVES
@@ -58,12 +61,13 @@ from turtlewire.logo.workspace import define_from_title
 if TYPE_CHECKING:
     import random
     from collections.abc import Callable
+    from types import FrameType
 
     from turtlewire.turtle import Turtle
 
 MAX_DEPTH = 30_000  # procedures within procedures; deeper is a program that never ends
 _LINES_KEPT = 20_000
-_FRAMES = 10 * MAX_DEPTH  # Python calls that this may take
+_FRAMES = 1_200_000  # Python calls that this may take: ten for each, when it is not compiled
 
 
 class Interpreter:
@@ -74,10 +78,17 @@ class Interpreter:
         write: called with each piece of text that the program prints.
         random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds.
         step_mm: how many millimetres one turtle step is; more than 0.
+        compiles: whether procedures become Python functions, which is faster; nothing else depends on it.
     """
 
     def __init__(
-        self, turtle: Turtle, write: Callable[[str], object], random: random.Random, step_mm: float = 1.0
+        self,
+        turtle: Turtle,
+        write: Callable[[str], object],
+        random: random.Random,
+        step_mm: float = 1.0,
+        *,
+        compiles: bool = True,
     ) -> None:
         if not 0 < step_mm < float("inf"):
             raise ValueError(f"step_mm must be more than 0, not {step_mm}")
@@ -92,7 +103,7 @@ class Interpreter:
         self.lists_change = False  # whether a program has changed a list: it may no longer be what was read
         self.property_lists: dict[str, dict[str, tuple[Value, Value]]] = {}  # names as given, and values
         self.marks = Marks()
-        self.epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
+        self._epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
         self.procedure: UserProcedure | None = None
         self.test: bool | None = None
         self.slots: list[Value] = []  # what ? stands for
@@ -114,10 +125,12 @@ class Interpreter:
         self._wants_value = False
         self._depth = 0
         self._node: Node | None = None
+        self._thread = 0  # the one that a program runs in
         self._body: tuple[Code, list[int]] | None = None  # of the running procedure, and how far it is
         self._is_traced = False  # whether the running procedure is: then nothing takes its place
         self.levels = Progress()
         self.streams = Streams(self)
+        self.compiler = Compiler(self, is_used=compiles)
 
     # --- running programs -------------------------------------------------------------------------------------
 
@@ -146,6 +159,9 @@ class Interpreter:
 
     def _run(self, source: str, name: str) -> None:
         self._reset()
+        self._thread = threading.get_ident()
+        if "erract" in source.lower():
+            self.compiler.switch_off()
         program = read(source, name)
         level = self.levels.start(len(program))
         try:
@@ -153,14 +169,18 @@ class Interpreter:
                 level[0] = index
                 if isinstance(line, Definition):
                     define_from_title(self, line)
+                elif (function := self.compiler.line(line)) is not None:
+                    self._call(function, [])
                 else:
                     self.run_line(line, COMMAND)
         except ThrowError as thrown:
             if thrown.tag != "toplevel":
                 error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
-                raise blame.placed(self, error, self._place_now()) from None
-        except RecursionError:
-            raise blame.placed(self, errors.stack_overflow(), self._place_now()) from None
+                place = self.compiler.place_of(thrown) or self._place_now()
+                raise blame.placed(self, error, place) from None
+        except RecursionError as deep:
+            place = self.compiler.place_of(deep) or self._place_now()
+            raise blame.placed(self, errors.stack_overflow(), place) from None
         self.levels.finish()
 
     def _reset(self) -> None:
@@ -191,6 +211,13 @@ class Interpreter:
     def position(self) -> Position | None:
         """Where in the program the evaluator is, ``None`` before it has begun. Safe to ask from another thread."""
         place = self._place_now()
+        frame = sys._current_frames().get(self._thread)
+        while frame is not None and frame.f_code is not _EVALUATES:
+            found = self.compiler.place_in(frame.f_code, frame.f_lineno)
+            if found is not None:
+                place = found
+                break
+            frame = frame.f_back
         return place[0].position(place[1]) if place is not None else None
 
     @property
@@ -269,16 +296,16 @@ class Interpreter:
     def forget_lines(self) -> None:
         """Parse everything anew that is run from now on: a list has been changed, or there are too many."""
         self._lines.clear()
-        self.epoch += 1
+        self._epoch += 1
 
     def _code_of(self, line: Line) -> Code:
         code: Code | None = line.code
-        if code is None or code.epoch != self.epoch:
+        if code is None or code.epoch != self._epoch:
             code = line.code = self._parse(line)
         return code
 
     def _parse(self, line: Line) -> Code:
-        return Code(Parser(tokenize(line), self.procedures, self.remember).parse(), self.epoch)
+        return Code(Parser(tokenize(line), self.procedures, self.remember).parse(), self._epoch)
 
     def run_code(self, code: Code, how: int, level: list[int] | None = None) -> Result:
         """Run parsed instructions; see ``run_list``. ``level`` is what ``progress`` watches them by, if it does."""
@@ -335,13 +362,13 @@ class Interpreter:
     def body_of(self, procedure: UserProcedure) -> Code:
         """The code of a procedure's body."""
         code: Code | None = procedure.code
-        if code is None or code.epoch != self.epoch:
+        if code is None or code.epoch != self._epoch:
             nodes: list[Node] = []
             lines: list[Line] = []
             for line in procedure.body:
                 nodes += Parser(tokenize(line), self.procedures, self.remember).parse()
                 lines += [line] * (len(nodes) - len(lines))
-            code = procedure.code = Code(nodes, self.epoch, lines)
+            code = procedure.code = Code(nodes, self._epoch, lines)
         return code
 
     # --- expressions ------------------------------------------------------------------------------------------
@@ -472,7 +499,7 @@ class Interpreter:
         if isinstance(node, Failure):
             return self.fail(node.error.copy(), node.place)
         if isinstance(node, Pending):
-            return self.run_code(Code(self.parse_pending(node), self.epoch), how)
+            return self.run_code(Code(self.parse_pending(node), self._epoch), how)
         assert isinstance(node, Unknown)
         value = self.variables.get(node.name.lower())
         if value is None:
@@ -545,6 +572,11 @@ class Interpreter:
         try:
             while True:
                 procedure = node.procedure
+                function = self.compiler.function(procedure)
+                if function is not None and len(inputs) == len(procedure.inputs):
+                    value = self._call(function, inputs)
+                    result = None if value is None else Output(value)
+                    break
                 bind(self, procedure, inputs, node.name)
                 self.procedure = procedure
                 traced = marks.traced.procedures
@@ -585,6 +617,40 @@ class Interpreter:
             return self.fail(mismatch, node.place)
         return value
 
+    def _call(self, function: Callable[..., Value | None], inputs: list[Value]) -> Value | None:
+        """Call a compiled function; written out by count, as ``call_primitive``."""
+        count = len(inputs)
+        try:
+            if count == 0:
+                return function()
+            if count == 1:
+                return function(inputs[0])
+            if count == 2:
+                return function(inputs[0], inputs[1])
+            if count == 3:
+                return function(inputs[0], inputs[1], inputs[2])
+            return function(*inputs)
+        except FAULTS as fault:
+            error = self.compiler.translated(fault)
+            if error is fault:
+                raise
+            raise error from None
+
+    @property
+    def epoch(self) -> int:
+        """Counts what changes the meaning of programs: definitions, and what is traced and stepped."""
+        return self._epoch
+
+    @epoch.setter
+    def epoch(self, epoch: int) -> None:
+        self._epoch = epoch
+        self.compiler.forget()
+
+    def is_watched(self, procedure: UserProcedure) -> bool:
+        """Whether somebody wants to see each instruction of a procedure, or its calls, or a variable."""
+        traced, name = self.marks.traced, procedure.name.lower()
+        return bool(traced.variables) or name in traced.procedures or name in self.marks.stepped.procedures
+
     # --- limit sensors ----------------------------------------------------------------------------------------
 
     def _handle_limit(self, limit: LimitReachedError, node: Node) -> Result:
@@ -601,3 +667,41 @@ class Interpreter:
         finally:
             if not self.limit_handler_changed:
                 self.limit_handler = handler
+
+    def watching_limits(self, primitive: Primitive) -> Callable[..., Result]:
+        """A primitive that moves the robot, for compiled functions: ONLIMIT is heeded."""
+        function = primitive.function
+
+        def none(logo: Interpreter) -> Result:
+            try:
+                return function(logo)
+            except LimitReachedError as limit:
+                return self._limit_reached(limit, sys._getframe(1))
+
+        def one(logo: Interpreter, value: Value) -> Result:
+            try:
+                return function(logo, value)
+            except LimitReachedError as limit:
+                return self._limit_reached(limit, sys._getframe(1))
+
+        def more(logo: Interpreter, *inputs: Value) -> Result:
+            try:
+                return function(logo, *inputs)
+            except LimitReachedError as limit:
+                return self._limit_reached(limit, sys._getframe(1))
+
+        fewest, most = primitive.minimum_inputs, primitive.maximum_inputs
+        if fewest == most == 0:
+            return none
+        return one if fewest == most == 1 else more
+
+    def _limit_reached(self, limit: LimitReachedError, frame: FrameType) -> Result:
+        node, procedure = self.compiler.node_at(frame)
+        outer, self.procedure = self.procedure, procedure
+        try:
+            return self._handle_limit(limit, node)
+        finally:
+            self.procedure = outer
+
+
+_EVALUATES = Interpreter.run_code.__code__

@@ -157,7 +157,8 @@ class UserProcedure:
     """A procedure that a program defined. Defining it anew changes it in place."""
 
     __slots__ = (
-        "body", "code", "default_inputs", "full_text", "inputs", "is_erased", "is_macro", "maximum_inputs",
+        "body", "code", "default_inputs", "full_text", "function", "inputs", "is_erased", "is_macro", "is_refused",
+        "maximum_inputs",
         "may_lack_input", "minimum_inputs", "name", "optional", "rest", "takes_alternative", "title",
     )  # fmt: skip
 
@@ -172,6 +173,8 @@ class UserProcedure:
         self.code: Any = None
         self.default_inputs = self.minimum_inputs = self.maximum_inputs = 0
         self.takes_alternative = False
+        self.function: Callable[..., Value | None] | None = None  # what the compiler made of it
+        self.is_refused = False  # whether the compiler leaves it to the evaluator
         self.may_lack_input = False
         self.is_macro = False  # what it outputs is run in its caller's place
         self.is_erased = False  # code that was parsed before may still refer to it

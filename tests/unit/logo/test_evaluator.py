@@ -221,8 +221,8 @@ class TestProgress:
         assert interpreter.progress() is None
         seen: list[float | None] = []
         interpreter.write = lambda _: seen.append(interpreter.progress())
-        interpreter.run("repeat 4 [print 1]\nfor [i 1 2] [print 2]\nto f\nprint 3\nprint 4\nend\nf")
-        assert seen == [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.375, 0.75, 0.875]
+        interpreter.run("repeat 4 [print 1]\nfor [i 1 2] [print 2]\nto f\nprint 3\nfd 1\npu\nprint 4\nend\nf")
+        assert seen == [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.375, 0.75, 0.9375]
         assert interpreter.progress() == 1.0
 
     def test_it_never_goes_back(self, session: Session) -> None:

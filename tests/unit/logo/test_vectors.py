@@ -27,12 +27,15 @@ def cases() -> list[Any]:
     ]
 
 
+@pytest.mark.parametrize("compiles", [True, False], ids=["compiled", "evaluated"])
 @pytest.mark.parametrize("case", cases())
-def test_program(case: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_program(
+    case: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, compiles: bool
+) -> None:
     monkeypatch.chdir(tmp_path)  # for the files that programs write
     written: list[str] = []
     error = None
-    interpreter = Interpreter(ScreenTurtle(), write=written.append, random=random.Random(0))
+    interpreter = Interpreter(ScreenTurtle(), written.append, random.Random(0), compiles=compiles)
     try:
         interpreter.run(case["program"] + "\n", "case.logo")
     except LogoError as caught:

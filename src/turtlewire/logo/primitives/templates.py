@@ -89,7 +89,7 @@ def _columns(inputs: list[Value]) -> list[list[Value]]:
     return [list(column) for column in zip(*rows, strict=True)]
 
 
-def _like(model: Value, members: list[Value]) -> Value:
+def like(model: Value, members: list[Value]) -> Value:
     """A list of these members, or a word of them, as the model is one."""
     if isinstance(model, list):
         return make_list(members)
@@ -154,7 +154,7 @@ def _mapped(logo: Interpreter, inputs: list[Value], tool: str) -> list[Value]:
 
 @primitive("map", 2, maximum=-1)
 def _map(logo: Interpreter, inputs: list[Value]) -> Value:
-    return _like(inputs[1], _mapped(logo, inputs, "map"))
+    return like(inputs[1], _mapped(logo, inputs, "map"))
 
 
 @primitive("map.se", 2, maximum=-1)
@@ -171,7 +171,7 @@ def _map_se(logo: Interpreter, inputs: list[Value]) -> Value:
 
 @primitive("filter", 2)
 def _filter(logo: Interpreter, given: Value, data: Value) -> Value:
-    return _like(data, _true_members(logo, given, data, "filter", only_one=False))
+    return like(data, _true_members(logo, given, data, "filter", only_one=False))
 
 
 @primitive("find", 2)

@@ -1,0 +1,434 @@
+"""Control structures whose lists stand in the program: as Python's own."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.compiler import python as py
+from turtlewire.logo.compiler.emit import RefusedError, SlotNode, key_of
+from turtlewire.logo.compiler.facts import TEMPLATES, as_line
+from turtlewire.logo.reader import Line
+from turtlewire.logo.syntax import Call, Invocation, Literal, Node
+from turtlewire.logo.values import plain, to_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.logo.compiler.emit import Emitter
+    from turtlewire.logo.compiler.python import Expr, Stmt
+
+
+# ---------------------------------------------------------------- conditions
+
+
+def _if(emitter: Emitter, node: Call, tail: bool) -> None:
+    condition = emitter.condition(node.inputs[0], node.name)
+    then = emitter.block(emitter.line(node.inputs[1]), tail=tail)
+    otherwise = emitter.block(emitter.line(node.inputs[2]), tail=tail) if len(node.inputs) > 2 else []
+    emitter.body.append(py.when(condition, then, otherwise))
+
+
+def _choice(emitter: Emitter, node: Call) -> Expr:
+    """IF and IFELSE that output."""
+    if len(node.inputs) != 3:
+        raise RefusedError("an if that may output nothing")
+    condition = emitter.condition(node.inputs[0], node.name)
+    made = [_branch(emitter, emitter.line(each), node.name) for each in node.inputs[1:]]
+    (first, then), (second, otherwise) = made
+    if not first and not second:
+        return py.either(condition, then, otherwise)
+    name = emitter.temp()
+    first.append(py.assign(name, then))
+    second.append(py.assign(name, otherwise))
+    emitter.body.append(py.when(condition, first, second))
+    return py.name(name)
+
+
+def _branch(emitter: Emitter, line: Line, wanted_by: str) -> tuple[list[Stmt], Expr]:
+    """The statements and the value of a list that may be run."""
+    found: list[Expr] = []
+    return emitter.within(lambda: found.append(_result(emitter, line, wanted_by))), found[0]
+
+
+def _result(emitter: Emitter, line: Line, wanted_by: str) -> Expr:
+    """The value that a list outputs: that of its last expression."""
+    nodes = emitter.survey.parse(line)
+    if not nodes:
+        raise RefusedError("a list that outputs nothing")
+    emitter.instructions(nodes[:-1])
+    return emitter.value(nodes[-1], wanted_by)
+
+
+def _test(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001 - as all commands
+    emitter.body.append(py.assign("test", emitter.condition(node.inputs[0], node.name)))
+    emitter.has_test = True
+
+
+def _iftrue(emitter: Emitter, node: Call, tail: bool) -> None:
+    if not emitter.has_test:
+        raise RefusedError("the TEST may be another procedure's")
+    emitter.body.append(py.when(py.name("test"), emitter.block(emitter.line(node.inputs[0]), tail=tail)))
+
+
+def _iffalse(emitter: Emitter, node: Call, tail: bool) -> None:
+    if not emitter.has_test:
+        raise RefusedError("the TEST may be another procedure's")
+    block = emitter.block(emitter.line(node.inputs[0]), tail=tail)
+    emitter.body.append(py.when(py.negated(py.name("test")), block))
+
+
+def _run(emitter: Emitter, node: Call, tail: bool) -> None:
+    emitter.instructions(emitter.survey.parse(emitter.line(node.inputs[0])), tail=tail)
+
+
+def _run_for_value(emitter: Emitter, node: Call) -> Expr:
+    return _result(emitter, emitter.line(node.inputs[0]), node.name)
+
+
+def _ignore(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    emitter.body.append(py.do(emitter.value(node.inputs[0], node.name)))
+
+
+# ---------------------------------------------------------------- variables
+
+
+def _make(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    emitter.set_variable(key_of(node.inputs[0]), emitter.value(node.inputs[1], node.name))
+
+
+def _name(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    emitter.set_variable(key_of(node.inputs[1]), emitter.value(node.inputs[0], node.name))
+
+
+def _thing(emitter: Emitter, node: Call) -> Expr:
+    from turtlewire.logo.syntax import Variable
+
+    literal = node.inputs[0]
+    key_of(literal)
+    assert isinstance(literal, Literal)
+    return emitter.variable(Variable(to_text(literal.value), node.place))  # type: ignore[arg-type]
+
+
+def _local(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    for each in node.inputs:
+        local = emitter.names.get(key_of(each))
+        if local is None:
+            raise RefusedError("a local variable that other procedures see")
+        # Without a value, even when the procedure begins anew in its own place.
+        emitter.body.append(py.assign(local, py.NONE))
+        emitter.body.append(ast.Delete([ast.Name(local, ast.Del())]))
+
+
+def _localmake(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    key = key_of(node.inputs[0])
+    if key not in emitter.names:
+        raise RefusedError("a local variable that other procedures see")
+    emitter.set_variable(key, emitter.value(node.inputs[1], node.name))
+
+
+# ---------------------------------------------------------------- loops
+
+
+def _loop_body(emitter: Emitter, node: Node, count: str) -> tuple[list[Stmt], bool]:
+    """The statements of a loop's list, and whether they ask how often it has run."""
+    outer = emitter.count, emitter.asked_count
+    emitter.count, emitter.asked_count = count, False
+    try:
+        return emitter.block(emitter.line(node), loop=True), emitter.asked_count
+    finally:
+        asked = emitter.asked_count
+        emitter.count, emitter.asked_count = outer[0], outer[1] or (asked and not count)
+
+
+def _repeat(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    times = emitter.value(node.inputs[0], node.name)
+    if not (isinstance(times, ast.Constant) and type(times.value) is int and times.value >= 0):
+        times = py.at(emitter.site(node), py.call("natural", times))
+    counter = emitter.temp("i")
+    body, asked = _loop_body(emitter, node.inputs[1], f"{counter}c")
+    if asked:
+        body.insert(0, py.assign(f"{counter}c", py.binary(py.name(counter), ast.Add(), py.const(1))))
+    times = emitter.kept(times)
+    emitter.body += _watched(emitter, times, py.for_each(counter, py.call("range", times), body))
+
+
+def _watched(emitter: Emitter, times: Expr, loop: Stmt) -> list[Stmt]:
+    """A loop that tells how far it is: at top level, or where something moves in it, for that can take long."""
+    assert isinstance(loop, ast.For)
+    if not (emitter.is_line and not emitter.loops) and not _moves(emitter, loop.body):
+        return [loop]
+    level = emitter.temp("level")
+    first = ast.Subscript(py.name(level), py.const(0), py.STORE)
+    one_more = ast.AugAssign(first, ast.Add(), py.const(1))
+    loop.body.append(py.when(py.is_some(py.name(level)), [one_more]))
+    leave = py.when(py.is_some(py.name(level)), [py.do(py.call("leave"))])
+    return [py.assign(level, py.call("enter_loop", times)), ast.Try([loop], [], [], [leave])]
+
+
+def _moves(emitter: Emitter, body: list[Stmt]) -> bool:
+    names = emitter.namer.moving_names()
+    return any(isinstance(piece, ast.Name) and piece.id in names for stmt in body for piece in ast.walk(stmt))
+
+
+def _forever(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    counter = emitter.temp("i")
+    body, asked = _loop_body(emitter, node.inputs[0], counter)
+    if asked:
+        emitter.body.append(py.assign(counter, py.const(0)))
+        body.insert(0, ast.AugAssign(ast.Name(counter, py.STORE), ast.Add(), py.const(1)))
+    emitter.body.append(py.forever(body))
+
+
+def _while(*, wanted: bool, test_first: bool) -> Callable[[Emitter, Call, bool], None]:
+    def emit(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+        condition, instructions = node.inputs if test_first else reversed(node.inputs)
+        line = emitter.line(condition)
+
+        def check() -> None:
+            nodes = emitter.survey.parse(line)
+            if len(nodes) != 1:
+                raise RefusedError("a condition of several instructions")
+            truth = emitter.condition(nodes[0], "while")
+            emitter.body.append(py.when(py.negated(truth) if wanted else truth, [ast.Break()]))
+
+        checked = emitter.within(check)
+        body = emitter.block(emitter.line(instructions), loop=True)
+        emitter.body.append(py.forever([*checked, *body] if test_first else [*body, *checked]))
+
+    return emit
+
+
+def _for(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    control = emitter.line(node.inputs[0])
+    if not 3 <= len(control.items) <= 4 or not isinstance(control.items[0], str):
+        raise RefusedError("a FOR that cannot be right")
+    key = plain(control.items[0]).lower()
+    if not emitter.may_be_local(key):
+        raise RefusedError("a loop's variable that other procedures see")
+    limits: list[Expr] = []
+    for index in range(1, len(control.items)):
+        nodes = emitter.survey.parse(as_line(control, index))
+        if len(nodes) != 1:
+            raise RefusedError("a limit of several instructions")
+        limits.append(emitter.kept(_limit(emitter, node, nodes[0])))
+    start, end = limits[:2]
+    step = limits[2] if len(limits) > 2 else py.call("direction", start, end)
+    variable = emitter.bind(key)
+    outer = emitter.names.get(key)
+    emitter.names[key] = variable
+    try:
+        body = emitter.block(emitter.line(node.inputs[1]), loop=True)
+    finally:
+        if outer is None:
+            del emitter.names[key]
+        else:
+            emitter.names[key] = outer
+    if not _assigns(body, variable):
+        numbers = emitter.kept(py.call("numbers", start, end, step))
+        emitter.body += _watched(emitter, numbers, py.for_each(variable, numbers, body))
+        return
+    # The program changes the variable itself: it goes on from there.
+    step = emitter.kept(step)
+    emitter.body.append(py.assign(variable, start))
+    over = py.call("is_over", py.name(variable), end, step)
+    forward = py.at(emitter.site(node), py.call("stepped", py.name(variable), step))
+    emitter.body.append(py.forever([py.when(over, [ast.Break()]), *body, py.assign(variable, forward)]))
+
+
+def _limit(emitter: Emitter, node: Call, limit: Node) -> Expr:
+    value = emitter.value(limit, node.name)
+    if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
+        return value
+    return py.at(emitter.site(node), py.call("number", value))  # type: ignore[no-any-return]
+
+
+def _assigns(body: list[Stmt], variable: str) -> bool:
+    return any(
+        isinstance(piece, ast.Name) and piece.id == variable and not isinstance(piece.ctx, ast.Load)
+        for statement in body
+        for piece in ast.walk(statement)
+    )
+
+
+def _repcount(emitter: Emitter, node: Call) -> Expr:  # noqa: ARG001
+    if not emitter.count:
+        raise RefusedError("the REPEAT may be another procedure's")
+    emitter.asked_count = True
+    return py.name(emitter.count)
+
+
+# ---------------------------------------------------------------- templates
+
+
+def _slot(emitter: Emitter, node: Call) -> Expr:
+    which = 1
+    if node.inputs:
+        number = node.inputs[0]
+        if not isinstance(number, Literal) or not isinstance(number.value, int):
+            raise RefusedError("a slot that is computed")
+        which = number.value
+    if not 1 <= which <= len(emitter.slots):
+        raise RefusedError("the template may be another procedure's")
+    return py.name(emitter.slots[which - 1])
+
+
+def _template(emitter: Emitter, node: Call, slots: list[str]) -> tuple[list[Stmt], Expr]:
+    """What a template outputs for its slots: statements, and then an expression."""
+    template = node.inputs[TEMPLATES[node.primitive.name]]
+    found: list[Expr] = []
+    if isinstance(template, Literal) and template.line is not None:
+        line = template.line
+        if not line.items or isinstance(line.items[0], Line | list):
+            raise RefusedError("a template of another form")
+        outer = emitter.slots, emitter.count
+        emitter.slots, emitter.count = slots, ""
+        emitter.loops += 1
+        try:
+            statements = emitter.within(lambda: found.append(_result(emitter, line, node.name)))
+        finally:
+            emitter.slots, emitter.count = outer
+            emitter.loops -= 1
+        return statements, found[0]
+    name = plain(to_text(template.value)).lower() if isinstance(template, Literal) else ""  # type: ignore[arg-type]
+    procedure = emitter.survey.procedure(name)
+    if procedure is None or not procedure.minimum_inputs <= len(slots) or not _takes(procedure, len(slots)):
+        raise RefusedError("a template that is computed")
+    inputs: list[Node] = [SlotNode(slot) for slot in slots]
+    called = procedure.call_node(name, inputs, node.place)
+    statements = emitter.within(lambda: found.append(emitter.value(called, node.name)))
+    return statements, found[0]
+
+
+def _takes(procedure: object, count: int) -> bool:
+    maximum: int = procedure.maximum_inputs  # type: ignore[attr-defined]
+    return maximum < 0 or count <= maximum
+
+
+def _data(emitter: Emitter, node: Call, data: Node) -> tuple[Expr, Expr]:
+    """The input, and its members."""
+    whole = emitter.kept(emitter.value(data, node.name))
+    return whole, py.at(emitter.site(node), py.call("each_of", whole))
+
+
+def _map(emitter: Emitter, node: Call) -> Expr:
+    if len(node.inputs) != 2:
+        raise RefusedError("several lists at once")
+    whole, members = _data(emitter, node, node.inputs[1])
+    slot, made = emitter.temp("q"), emitter.temp()
+    statements, value = _template(emitter, node, [slot])
+    emitter.body.append(py.assign(made, ast.List([], py.LOAD)))
+    append = ast.Call(ast.Attribute(py.name(made), "append", py.LOAD), [value], [])
+    emitter.body.append(py.for_each(slot, members, [*statements, py.do(append)]))
+    return py.at(emitter.site(node), py.call("like", whole, py.name(made)))  # type: ignore[no-any-return]
+
+
+def _truth_of_template(emitter: Emitter, node: Call, slot: str) -> tuple[list[Stmt], Expr]:
+    template = node.inputs[0]
+    if isinstance(template, Literal) and template.line is not None:
+        nodes = emitter.survey.parse(template.line)
+        if (
+            len(nodes) == 1
+            and isinstance(nodes[0], Call)
+            and not isinstance(template.line.items[0], Line | list)
+        ):
+            found: list[Expr] = []
+            outer = emitter.slots, emitter.count
+            emitter.slots, emitter.count = [slot], ""
+            try:
+                statements = emitter.within(lambda: found.append(emitter.condition(nodes[0], node.name)))
+            finally:
+                emitter.slots, emitter.count = outer
+            return statements, found[0]
+    statements, value = _template(emitter, node, [slot])
+    return statements, py.at(emitter.site(node, node.name), py.call("truth", value))
+
+
+def _filter(emitter: Emitter, node: Call) -> Expr:
+    whole, members = _data(emitter, node, node.inputs[1])
+    slot, made = emitter.temp("q"), emitter.temp()
+    statements, truth = _truth_of_template(emitter, node, slot)
+    emitter.body.append(py.assign(made, ast.List([], py.LOAD)))
+    append = ast.Call(ast.Attribute(py.name(made), "append", py.LOAD), [py.name(slot)], [])
+    kept = py.when(truth, [py.do(append)])
+    emitter.body.append(py.for_each(slot, members, [*statements, kept]))
+    return py.at(emitter.site(node), py.call("like", whole, py.name(made)))  # type: ignore[no-any-return]
+
+
+def _find(emitter: Emitter, node: Call) -> Expr:
+    _, members = _data(emitter, node, node.inputs[1])
+    slot, made = emitter.temp("q"), emitter.temp()
+    statements, truth = _truth_of_template(emitter, node, slot)
+    emitter.body.append(py.assign(made, py.name("NIL")))
+    found = py.when(truth, [py.assign(made, py.name(slot)), ast.Break()])
+    emitter.body.append(py.for_each(slot, members, [*statements, found]))
+    return py.name(made)
+
+
+def _reduce(emitter: Emitter, node: Call) -> Expr:
+    whole = emitter.kept(emitter.value(node.inputs[1], node.name))
+    slot, made, rest = emitter.temp("q"), emitter.temp(), emitter.temp()
+    statements, value = _template(emitter, node, [slot, made])
+    members = py.at(emitter.site(node), py.call("backwards", whole))
+    emitter.body.append(py.assign(rest, members))
+    pop = ast.Call(ast.Attribute(py.name(rest), "pop", py.LOAD), [], [])
+    emitter.body.append(py.assign(made, pop))
+    again = py.call("reversed", py.name(rest))
+    emitter.body.append(py.for_each(slot, again, [*statements, py.assign(made, value)]))
+    return py.name(made)
+
+
+def _foreach(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    template = node.inputs[-1]
+    if len(node.inputs) != 2 or not isinstance(template, Literal) or template.line is None:
+        raise RefusedError("a template that is computed")
+    line = template.line
+    if line.items and isinstance(line.items[0], Line | list):
+        raise RefusedError("a template of another form")
+    _, members = _data(emitter, node, node.inputs[0])
+    slot = emitter.temp("q")
+    outer = emitter.slots, emitter.count
+    emitter.slots, emitter.count = [slot], ""
+    try:
+        body = emitter.block(line, loop=True)
+    finally:
+        emitter.slots, emitter.count = outer
+    emitter.body.append(py.for_each(slot, members, body))
+
+
+# ---------------------------------------------------------------- ends of procedures, and tail calls
+
+
+def _stop(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    emitter.ending.nothing(emitter, node)
+
+
+def _output(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
+    emitter.ending.output(emitter, node)
+
+
+def invoke(emitter: Emitter, node: Invocation, *, tail: bool) -> None:
+    """A procedure as a command."""
+    if tail and emitter.ending.takes_over(emitter, node):
+        return
+    made = emitter.invocation(node, "", as_command=True)
+    if emitter.namer.never_outputs(node.procedure):
+        emitter.body.append(py.do(made))
+        return
+    number = emitter.site(node)
+    name = emitter.temp()
+    unused = py.do(py.at(number, py.call("unused", py.name(name))))
+    emitter.body.append(py.when(py.is_some(py.walrus(name, made)), [unused]))
+
+
+COMMANDS: dict[str, Callable[[Emitter, Call, bool], None]] = {
+    "if": _if, "ifelse": _if, "test": _test, "iftrue": _iftrue, "iffalse": _iffalse, "run": _run, "ignore": _ignore,
+    "make": _make, "name": _name, "local": _local, "localmake": _localmake, "repeat": _repeat, "forever": _forever,
+    "while": _while(wanted=True, test_first=True), "until": _while(wanted=False, test_first=True),
+    "do.while": _while(wanted=True, test_first=False), "do.until": _while(wanted=False, test_first=False),
+    "for": _for, "foreach": _foreach, "stop": _stop, "output": _output,
+}  # fmt: skip
+OPERATIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
+    "if": _choice, "ifelse": _choice, "run": _run_for_value, "thing": _thing, "repcount": _repcount, "#": _repcount,
+    "?": _slot, "map": _map, "filter": _filter, "find": _find, "reduce": _reduce,
+}  # fmt: skip

@@ -1,0 +1,131 @@
+"""Python's exceptions in compiled procedures, as the Logo errors that they are.
+
+The line number of the innermost frame of a compiled procedure is that of the instruction that failed. When Python has
+refused an operation that was written out in place, the primitive itself is asked what is wrong with its inputs.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from turtlewire.errors import TurtlewireError
+from turtlewire.logo import blame, errors
+from turtlewire.logo.compiler.runtime import ConditionError, LateError, SilentError, UnusedError
+from turtlewire.logo.errors import LogoError
+from turtlewire.logo.procedures import BadInputError
+from turtlewire.logo.syntax import Call, Invocation, Variable
+from turtlewire.logo.values import show, show_in_error
+
+if TYPE_CHECKING:
+    from types import CodeType, FrameType, TracebackType
+
+    from turtlewire.logo.compiler.emit import Operand, Site
+    from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.procedures import UserProcedure
+
+# What a compiled procedure may raise, beside what its primitives do.
+FAULTS: tuple[type[Exception], ...] = (
+    TypeError, NameError, KeyError, IndexError, OverflowError, ZeroDivisionError, BadInputError, SilentError,
+    UnusedError, LateError, LogoError, TurtlewireError,
+)  # fmt: skip
+
+
+class Record:
+    """A compiled function: its procedure, ``None`` for a line of the program, and its instructions that can fail."""
+
+    __slots__ = ("procedure", "sites")
+
+    def __init__(self, procedure: UserProcedure | None, sites: list[Site]) -> None:
+        self.procedure = procedure
+        self.sites = sites
+
+
+def innermost(
+    records: dict[CodeType, Record], error: BaseException
+) -> tuple[Record, Site, TracebackType] | None:
+    """The compiled function that was running when this was raised, and at which instruction."""
+    trace, found = error.__traceback__, None
+    while trace is not None:
+        record = records.get(trace.tb_frame.f_code)
+        if record is not None:
+            found = record, record.sites[trace.tb_lineno - 1], trace
+        trace = trace.tb_next
+    return found
+
+
+def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Exception) -> Exception:
+    """The error that is to be raised in place of a fault; the fault itself when it is one of turtlewire's own."""
+    found = innermost(records, fault)
+    if found is None:
+        return fault
+    record, site, trace = found
+    if isinstance(fault, LateError):
+        site = fault.site if not isinstance(fault.site, int) else record.sites[fault.site - 1]
+    if isinstance(fault, LogoError):
+        error: Exception = fault
+    elif isinstance(fault, TurtlewireError):
+        blame.annotate(logo, fault, site.node)
+        return fault
+    else:
+        is_innermost = trace.tb_next is None
+        made = _error(logo, site, fault, trace.tb_frame if is_innermost else None)
+        if made is None:
+            return fault
+        error = made
+    assert isinstance(error, LogoError)
+    return blame.placed(logo, error, site.node.place, record.procedure)
+
+
+def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | None) -> LogoError | None:
+    node = site.node
+    if isinstance(fault, ConditionError):
+        return errors.does_not_like(
+            site.wanted_by, show_in_error(fault.value), number=fault.number, wanted=fault.wanted
+        )
+    if isinstance(fault, BadInputError):
+        name = node.name if isinstance(node, Call | Invocation) else site.wanted_by
+        return errors.does_not_like(
+            name, show_in_error(fault.value), number=fault.number, wanted=fault.wanted
+        )
+    if isinstance(fault, UnusedError):
+        return errors.unused_value(show_in_error(fault.value), from_procedure=isinstance(node, Invocation))
+    if isinstance(fault, SilentError):
+        name = node.name if isinstance(node, Call | Invocation) else show(getattr(node, "value", ""))
+        return errors.did_not_output(name, site.wanted_by)
+    if isinstance(fault, LateError):
+        if fault.value is not None:
+            return errors.unused_value(show_in_error(fault.value), from_procedure=True)
+        assert isinstance(node, Invocation)
+        return errors.did_not_output(node.name, "output")
+    if frame is None:
+        return None  # it comes from within a primitive: a mistake of ours
+    if isinstance(fault, NameError | KeyError):
+        if isinstance(node, Variable):
+            return errors.no_value(node.name, list(logo.variables))
+        return None
+    return _refused(logo, site, frame)
+
+
+def _refused(logo: Interpreter, site: Site, frame: FrameType) -> LogoError | None:
+    """Python has refused an operation: what the primitive says of its inputs."""
+    node = site.node
+    if not isinstance(node, Call) or not site.operands:
+        return None
+    values: list[Any] = [_found(logo, operand, frame) for operand in site.operands]
+    for operand, value in zip(site.operands, values, strict=True):
+        if value is None:
+            name = operand.node.name if isinstance(operand.node, Call | Invocation) else str(operand.what)
+            return errors.did_not_output(name, node.name)
+    try:
+        logo.call_primitive(node.primitive, values)
+    except BadInputError as bad:
+        return errors.does_not_like(node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted)
+    return None
+
+
+def _found(logo: Interpreter, operand: Operand, frame: FrameType) -> Any:
+    if operand.kind == "constant":
+        return operand.what
+    if operand.kind == "local":
+        return frame.f_locals.get(operand.what, frame.f_globals.get(operand.what))
+    return logo.variables.get(operand.what)

@@ -1,0 +1,260 @@
+"""Operations that are written out in place, because a call would take longer than what they do.
+
+What Python does by itself is right for the values that it does not refuse: so each is written such that a value that
+Logo would not like makes Python raise an exception. Then the primitive itself is asked what was wrong.
+"""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+from turtlewire.logo.compiler import python as py
+from turtlewire.logo.syntax import Call, Literal
+from turtlewire.logo.values import EXACT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.logo.compiler.emit import Emitter
+    from turtlewire.logo.compiler.python import Expr, Stmt
+    from turtlewire.logo.syntax import Node
+
+
+def _is_number(value: Expr) -> bool:
+    return isinstance(value, ast.Constant) and isinstance(value.value, int | float)
+
+
+def _is_small(value: Expr) -> bool:
+    return isinstance(value, ast.Constant) and isinstance(value.value, float)
+
+
+# ---------------------------------------------------------------- arithmetic
+
+
+def _sum(emitter: Emitter, node: Call) -> Expr:
+    if len(node.inputs) != 2:
+        return _plain(emitter, node)
+    (a, b), operands = emitter.operands(node)
+    # Words and lists can be added in Python, though not to a number: but not subtracted, nor made negative.
+    is_safe = _is_number(a) or _is_number(b)
+    made = py.binary(a, ast.Add(), b) if is_safe else py.binary(a, ast.Sub(), py.minus(b))
+    return py.at(emitter.site(node, "", operands), made)  # type: ignore[no-any-return]
+
+
+def _difference(emitter: Emitter, node: Call) -> Expr:
+    (a, b), operands = emitter.operands(node)
+    return py.at(emitter.site(node, "", operands), py.binary(a, ast.Sub(), b))  # type: ignore[no-any-return]
+
+
+def _minus(emitter: Emitter, node: Call) -> Expr:
+    (a,), operands = emitter.operands(node)
+    return py.at(emitter.site(node, "", operands), py.minus(a))  # type: ignore[no-any-return]
+
+
+def _product(emitter: Emitter, node: Call) -> Expr:
+    if len(node.inputs) != 2:
+        return _plain(emitter, node)
+    a, b = emitter.values(node.inputs, node.name)
+    if not emitter.is_certain(b):  # both are there before one is made negative
+        a, b = emitter.kept(a), emitter.kept(b, always=True)
+    (a, first), (b, second) = emitter.operand(node.inputs[0], a), emitter.operand(node.inputs[1], b)
+    made = py.at(emitter.site(node, "", (first, second)), py.binary(py.minus(a), ast.Mult(), py.minus(b)))
+    if _is_small(a) or _is_small(b):
+        return made  # type: ignore[no-any-return]
+    product, again = emitter.named(made)
+    within = ast.Compare(py.const(-EXACT), [ast.LtE(), ast.LtE()], [product, py.const(EXACT)])
+    return py.either(within, again, py.call("narrowed", again))
+
+
+def _remainder(emitter: Emitter, node: Call) -> Expr:
+    a, b = emitter.values(node.inputs, node.name)
+    slow = emitter.namer.primitive(node.primitive, moves=False)
+    number = emitter.site(node)
+    is_fast = isinstance(b, ast.Constant) and isinstance(b.value, int) and b.value > 0
+    if not is_fast:
+        return py.at(number, py.call(slow, py.name("logo"), a, b))  # type: ignore[no-any-return]
+    first, again = emitter.named(a)
+    conditions = [py.has_type(first, "int")]
+    if node.primitive.name == "remainder":  # its sign is that of the dividend, in Python of the divisor
+        conditions.append(py.compare(again, ast.GtE(), py.const(0)))
+    condition = py.all_of(*conditions) if len(conditions) > 1 else conditions[0]
+    otherwise = py.at(number, py.call(slow, py.name("logo"), again, b))
+    return py.either(condition, py.binary(again, ast.Mod(), b), otherwise)
+
+
+def _plain(emitter: Emitter, node: Call) -> Expr:
+    inputs = ast.List(emitter.values(node.inputs, node.name), py.LOAD)
+    name = emitter.namer.primitive(node.primitive, moves=False)
+    return py.at(emitter.site(node), py.call(name, py.name("logo"), inputs))  # type: ignore[no-any-return]
+
+
+# ---------------------------------------------------------------- lists
+
+
+def _first(emitter: Emitter, node: Call) -> Expr:
+    return _part(emitter, node, 0)
+
+
+def _butfirst(emitter: Emitter, node: Call) -> Expr:
+    return _part(emitter, node, 1)
+
+
+def _part(emitter: Emitter, node: Call, part: int) -> Expr:
+    (value,), operands = emitter.operands(node)
+    first, again = (
+        (value, py.name(value.target.id)) if isinstance(value, ast.NamedExpr) else emitter.named(value)
+    )
+    number = emitter.site(node, "", operands)
+    slow = emitter.namer.primitive(node.primitive, moves=False)
+    if isinstance(value, ast.Constant):
+        return py.at(number, py.call(slow, py.name("logo"), value))  # type: ignore[no-any-return]
+    fast = py.at(number, py.index(again, py.const(part)))
+    otherwise = py.at(number, py.call(slow, py.name("logo"), again))
+    return py.either(py.has_type(first, "list"), fast, otherwise)
+
+
+def _fput(emitter: Emitter, node: Call) -> Expr:
+    thing, onto = emitter.values(node.inputs, node.name)
+    if not isinstance(thing, ast.Constant | ast.Name):
+        thing = emitter.kept(thing)  # evaluated before the list is looked at
+    first, again = emitter.named(onto)
+    number = emitter.site(node)
+    slow = emitter.namer.primitive(node.primitive, moves=False)
+    otherwise = py.at(number, py.call(slow, py.name("logo"), thing, again))
+    return py.either(py.has_type(first, "list"), ast.List([thing, again], py.LOAD), otherwise)
+
+
+def _list(emitter: Emitter, node: Call) -> Expr:
+    made = py.name("NIL")
+    for value in reversed(emitter.values(node.inputs, node.name)):
+        made = ast.List([value, made], py.LOAD)
+    return made
+
+
+# ---------------------------------------------------------------- conditions
+
+
+def _comparison(operator: type[ast.cmpop]) -> Callable[[Emitter, Call], Expr]:
+    def emit(emitter: Emitter, node: Call) -> Expr:
+        (a, b), operands = emitter.operands(node)
+        number = emitter.site(node, "", operands)
+        if _is_number(a) or _is_number(b):
+            return py.at(number, py.compare(a, operator(), b))  # type: ignore[no-any-return]
+        # words and lists can be compared in Python, but not subtracted
+        return py.compare(py.at(number, py.binary(a, ast.Sub(), b)), operator(), py.const(0))
+
+    return emit
+
+
+def _equal(emitter: Emitter, node: Call) -> Expr:
+    a, b = emitter.values(node.inputs, node.name)
+    if _is_number(a) or _is_number(b):
+        return py.compare(a, ast.Eq(), b)
+    if isinstance(b, ast.Constant):
+        return py.call("same", a, b)
+    if not isinstance(b, ast.Name):
+        return py.call("same", a, b)
+    first, again = emitter.named(a)
+    return py.either(py.has_type(first, "int"), py.compare(again, ast.Eq(), b), py.call("same", again, b))
+
+
+def _not_equal(emitter: Emitter, node: Call) -> Expr:
+    return py.negated(_equal(emitter, node))
+
+
+def _empty(emitter: Emitter, node: Call) -> Expr:
+    first, again = emitter.named(emitter.values(node.inputs, node.name)[0])
+    kind = py.compare(py.call("type", again), ast.In(), py.name("CAN_BE_EMPTY"))
+    return py.all_of(py.negated(first), kind)
+
+
+def _of_type(kinds: str) -> Callable[[Emitter, Call], Expr]:
+    def emit(emitter: Emitter, node: Call) -> Expr:
+        (value,) = emitter.values(node.inputs, node.name)
+        return py.compare(py.call("type", value), ast.In(), py.name(kinds))
+
+    return emit
+
+
+def _not(emitter: Emitter, node: Call) -> Expr:
+    return py.negated(emitter.condition(node.inputs[0], node.name))
+
+
+def _and(emitter: Emitter, node: Call) -> Expr:
+    return _junction(emitter, node, is_and=True)
+
+
+def _or(emitter: Emitter, node: Call) -> Expr:
+    return _junction(emitter, node, is_and=False)
+
+
+def _later(emitter: Emitter, node: Node, wanted_by: str) -> tuple[list[Stmt], Expr]:
+    """The statements and the truth of a condition that may not be needed."""
+    found: list[Expr] = []
+    return emitter.within(lambda: found.append(emitter.condition(node, wanted_by))), found[0]
+
+
+def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
+    """AND and OR: all inputs are evaluated; but only until it is decided are they looked at, and lists run."""
+    if not node.inputs:
+        return ast.Constant(value=is_and)
+
+    def is_condition(each: Node) -> bool:
+        return isinstance(each, Call) and each.primitive.name in CONDITIONS
+
+    def evaluated(each: Node) -> Expr:
+        if isinstance(each, Literal):
+            return py.NONE
+        return emitter.condition(each, node.name) if is_condition(each) else emitter.raw(each, node.name)
+
+    made = emitter.in_order(node.inputs, evaluated)
+    if all(is_condition(each) for each in node.inputs):
+        result = made[0]
+        for condition in made[1:]:
+            result = py.binary(result, ast.BitAnd() if is_and else ast.BitOr(), condition)
+        return result
+    kept = [
+        value if isinstance(each, Literal) else emitter.kept(value)
+        for each, value in zip(node.inputs, made, strict=True)
+    ]
+    name = emitter.temp()
+    decided = ast.Constant(value=not is_and)
+    outer = emitter.body
+    for index, (each, value) in enumerate(zip(node.inputs, kept, strict=True)):
+        if is_condition(each):
+            truth = value
+        elif isinstance(each, Literal):
+            statements, truth = _later(emitter, each, node.name)
+            emitter.body += statements
+        else:
+            number = emitter.site(each, node.name)
+            truth = py.at(number, py.call("truth", value))
+        if index == len(node.inputs) - 1:
+            emitter.body.append(py.assign(name, truth))
+            break
+        rest: list[Stmt] = []
+        branches = (rest, [py.assign(name, decided)])
+        emitter.body.append(py.when(truth, *(branches if is_and else branches[::-1])))
+        emitter.body = rest
+    emitter.body = outer
+    return py.name(name)
+
+
+def _predicate(emitter: Emitter, node: Call) -> Expr:
+    inputs = emitter.values(node.inputs, node.name)
+    name = emitter.namer.primitive(node.primitive, moves=False)
+    made = py.at(emitter.site(node), py.call(name, py.name("logo"), *inputs))
+    return py.compare(made, ast.Eq(), py.const("true"))
+
+
+OPERATIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
+    "sum": _sum, "+": _sum, "difference": _difference, "minus": _minus, "product": _product, "*": _product,
+    "remainder": _remainder, "modulo": _remainder, "first": _first, "butfirst": _butfirst, "fput": _fput, "list": _list,
+}  # fmt: skip
+CONDITIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
+    "lessp": _comparison(ast.Lt), "greaterp": _comparison(ast.Gt), "lessequalp": _comparison(ast.LtE),
+    "greaterequalp": _comparison(ast.GtE), "equalp": _equal, "notequalp": _not_equal, "emptyp": _empty,
+    "listp": _of_type("LISTS"), "wordp": _of_type("WORDS"), "numberp": _of_type("NUMBERS"), "not": _not, "and": _and,
+    "or": _or, "memberp": _predicate, "beforep": _predicate, "substringp": _predicate,
+}  # fmt: skip

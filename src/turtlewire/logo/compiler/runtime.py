@@ -1,0 +1,219 @@
+"""What compiled procedures call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from turtlewire.logo.primitives import inputs
+from turtlewire.logo.primitives.predicates import ignores_case
+from turtlewire.logo.primitives.templates import like
+from turtlewire.logo.procedures import BadInputError, Output, Stop
+from turtlewire.logo.values import (
+    NIL,
+    VALUE_TYPES,
+    Number,
+    SpelledNumber,
+    Value,
+    equal,
+    members_of,
+    narrowed,
+    to_text,
+    word,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from turtlewire.logo.evaluator import Interpreter
+
+CAN_BE_EMPTY = frozenset((str, list))
+LISTS = frozenset((list,))
+NUMBERS = frozenset((int, float, SpelledNumber))
+WORDS = NUMBERS | {str}
+
+
+class SilentError(Exception):
+    """A procedure was to output, and did not."""
+
+
+class UnusedError(Exception):
+    """A value that no command takes."""
+
+    def __init__(self, value: Value) -> None:
+        super().__init__(value)
+        self.value = value
+
+
+class ConditionError(BadInputError):
+    """What is neither true nor false."""
+
+
+class LateError(Exception):
+    """A procedure that took another one's place output, and was not to; or the other way.
+
+    Attributes:
+        site: the instruction by which it took the place: a number, or a site itself.
+        value: what it output, ``None``: nothing.
+    """
+
+    def __init__(self, site: Any, value: Value | None) -> None:
+        super().__init__(site)
+        self.site = site
+        self.value = value
+
+
+def unused(value: Value) -> None:
+    """Raise ``UnusedError``."""
+    raise UnusedError(value)
+
+
+def silent() -> None:
+    """Raise ``SilentError``."""
+    raise SilentError
+
+
+def late_value(site: int, value: Value) -> None:
+    """Raise ``LateError``: a command has output."""
+    raise LateError(site, value)
+
+
+def late_silence(site: int) -> None:
+    """Raise ``LateError``: an operation has not."""
+    raise LateError(-site, None)
+
+
+def finished(result: Any) -> Value | None:
+    """The value of a procedure that what a limit sensor started has ended."""
+    if isinstance(result, Output):
+        return result.value
+    if isinstance(result, Stop):
+        return None
+    raise UnusedError(result)
+
+
+def each_of(value: Value) -> list[Value]:
+    """The members of a list, or the letters of a word."""
+    if type(value) is list:
+        return members_of(value)
+    return [word(letter) for letter in inputs.text(value)]
+
+
+def backwards(value: Value) -> list[Value]:
+    """The members of what is to be reduced: of at least one."""
+    members = each_of(value)
+    if not members:
+        raise BadInputError(value)
+    return members
+
+
+def direction(start: Number, end: Number) -> int:
+    """Which way a FOR counts that does not say so."""
+    return 1 if end >= start else -1
+
+
+def numbers(start: Number, end: Number, step: Number) -> Iterable[Number]:
+    """The numbers of a FOR."""
+    if type(start) is int and type(end) is int and type(step) is int and step:
+        return range(start, end + (1 if step > 0 else -1), step)
+    return _counted(start, end, step)
+
+
+def _counted(current: Number, end: Number, step: Number) -> Iterator[Number]:
+    while current <= end if step >= 0 else current >= end:
+        yield current
+        current += step
+
+
+def is_over(current: Value, end: Number, step: Number) -> bool:
+    """Whether a FOR has come to its end."""
+    found = inputs.number(current)
+    return not (found <= end if step >= 0 else found >= end)
+
+
+def stepped(current: Value, step: Number) -> Number:
+    """The next number of a FOR whose variable the program may have changed."""
+    return inputs.number(current) + step
+
+
+def bounce(jump: Any, jumps: list[Any]) -> Value | None:
+    """Do the calls that were left to the caller, one after the other; the value of the last."""
+    result: Any = jump
+    place = 0
+    while type(result) is tuple:
+        function, place, *given = result
+        count = len(given)
+        if count == 1:  # each in a way that needs no stack of C's
+            result = function(given[0])
+        elif count == 2:
+            result = function(given[0], given[1])
+        elif count == 3:
+            result = function(given[0], given[1], given[2])
+        elif count == 0:
+            result = function()
+        elif count == 4:
+            result = function(given[0], given[1], given[2], given[3])
+        else:
+            result = function(*given)
+    site, as_command = jumps[place]
+    if (result is None) is not as_command:
+        raise LateError(site, result)
+    return result  # type: ignore[no-any-return]
+
+
+def helpers(logo: Interpreter) -> dict[str, Any]:
+    """By their names, what compiled procedures call, and what they use."""
+
+    def same(a: Value, b: Value) -> bool:
+        kind = type(a)
+        if kind is str and type(b) is str and a == b:
+            return True
+        if kind is int and type(b) is int:
+            return a == b
+        return equal(a, b, ignore_case=ignores_case(logo))
+
+    def truth(value: Any) -> bool:
+        if value is None:
+            raise SilentError
+        try:
+            return inputs.truth(logo, value)
+        except BadInputError as bad:
+            raise ConditionError(bad.value, bad.number, bad.wanted) from None
+
+    def enter_loop(times: int | Iterable[Number]) -> list[int] | None:
+        if isinstance(times, int):
+            return logo.levels.enter(times)
+        return logo.levels.enter(len(times) if isinstance(times, range) else 1)
+
+    return {
+        "logo": logo,
+        "V": logo.variables,
+        "NIL": NIL,
+        "CAN_BE_EMPTY": CAN_BE_EMPTY,
+        "LISTS": LISTS,
+        "NUMBERS": NUMBERS,
+        "WORDS": WORDS,
+        "narrowed": narrowed,
+        "same": same,
+        "truth": truth,
+        "natural": inputs.natural,
+        "number": inputs.number,
+        "unused": unused,
+        "silent": silent,
+        "late_value": late_value,
+        "late_silence": late_silence,
+        "finished": finished,
+        "each_of": each_of,
+        "backwards": backwards,
+        "like": like,
+        "direction": direction,
+        "numbers": numbers,
+        "is_over": is_over,
+        "stepped": stepped,
+        "bounce": bounce,
+        "enter": logo.levels.enter,
+        "enter_loop": enter_loop,
+        "leave": logo.levels.leave,
+    }
+
+
+__all__ = ["VALUE_TYPES", "LateError", "SilentError", "UnusedError", "helpers", "to_text"]
