@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import TYPE_CHECKING
 
 from turtlewire.cli import options, output, program
@@ -14,12 +15,21 @@ if TYPE_CHECKING:
 
     from turtlewire.cli.signals import Signals
     from turtlewire.connect import Robot
-    from turtlewire.logo import ScreenTurtle
+    from turtlewire.logo import Interpreter, ScreenTurtle
+    from turtlewire.turtle import Turtle
 
 EXAMPLES = """\
 examples:
+  turtlewire logo
+      a prompt, with a turtle on paper; BYE or Ctrl-D leaves, Ctrl-C stops what runs
+  turtlewire logo --robot elsie
+      the same with a robot, which Ctrl-C stops, too
   turtlewire logo --picture rose.svg --animate rose.logo 5 80
       a script: :COMMANDLINE is [5 80]; the picture is drawn before one's eyes
+  turtlewire logo --check rose.logo tree.logo
+      what is wrong with these programs, without running them
+  turtlewire logo fmt rose.logo
+      lay out a program
 """
 
 
@@ -28,8 +38,9 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser = options.add_command(
         commands,
         "logo",
-        summary="run a Logo program as a script, without a robot",
-        description="Run a Logo program without a robot, or the one in the standard input (`turtlewire run` has one).",
+        summary="a Logo prompt; run, check and lay out Logo programs",
+        description="Without a program: a prompt, or on no terminal the program in the standard input. "
+        "With one: run it without a robot (`turtlewire run` has one).",
         examples=EXAMPLES,
     )
     # PARSER: what stands behind the program belongs to the program, whatever it looks like.
@@ -38,9 +49,11 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         metavar="PROGRAM.logo",
         nargs=argparse.PARSER,
         default=[],
-        help="the program (- is the standard input) and its arguments",
+        help="the program (- is the standard input) and its arguments; or fmt and the programs to lay out",
     )
     words.required = False
+    parser.add_argument("--check", action="store_true", help="only say what is wrong with programs")
+    parser.add_argument("--json", action="store_true", help="with --check: as one JSON object")
     parser.add_argument(
         "--picture",
         metavar="FILE",
@@ -53,13 +66,30 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "--step-mm", type=options.positive, default=1.0, metavar="MM", help="length of a Logo step (1)"
     )
+    options.add_target(parser, options.PORTS + "; for the prompt")
     parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace, _signals: Signals) -> int:
+def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Do what the arguments say."""
+    words: list[str] = arguments.words
+    if words[:1] == ["fmt"]:
+        from turtlewire.cli import logo_fmt
+
+        return logo_fmt.execute(words[1:])
+    if arguments.check:
+        from turtlewire.cli import logo_check
+
+        return logo_check.execute(words, as_json=arguments.json)
+    if arguments.json:
+        raise UsageError("--json goes with --check; a program that runs prints what it likes")
     pictures = _pictures(arguments)
-    return _run(arguments, pictures)
+    if words or not (sys.stdin.isatty() and sys.stdout.isatty()):
+        _refuse_robot(arguments)
+        return _run(arguments, pictures)
+    from turtlewire.cli import logo_prompt
+
+    return logo_prompt.execute(arguments, pictures, signals)
 
 
 def _pictures(arguments: argparse.Namespace) -> list[Path]:
@@ -80,18 +110,21 @@ def _pictures(arguments: argparse.Namespace) -> list[Path]:
     return pictures
 
 
+def _refuse_robot(arguments: argparse.Namespace) -> None:
+    if arguments.robot is not None or arguments.port is not None or arguments.set:
+        raise UsageError(
+            "a robot is for the prompt here, which needs a terminal: `turtlewire run` runs programs on robots"
+        )
+
+
 def _run(arguments: argparse.Namespace, pictures: list[Path]) -> int:
     """Run a script. Whatever happens, the pictures show what was drawn so far."""
-    import random
-
-    from turtlewire.logo import Interpreter, ScreenTurtle
-    from turtlewire.logo.values import make_list, word
+    from turtlewire.logo import ScreenTurtle
 
     script, *rest = arguments.words or ["-"]
     source, name = program.read(script), program.name_of(script)
     turtle = ScreenTurtle()
-    logo = Interpreter(turtle, output.write, random.Random(arguments.seed), arguments.step_mm)
-    logo.variables["commandline"] = make_list([word(each) for each in rest])
+    logo = interpreter(arguments, turtle, rest)
     try:
         logo.run(source, name)
     except Interrupted as interrupted:
@@ -101,6 +134,18 @@ def _run(arguments: argparse.Namespace, pictures: list[Path]) -> int:
     finally:
         save_pictures(turtle, pictures, name, moves=arguments.animate)
     return 0
+
+
+def interpreter(arguments: argparse.Namespace, turtle: Turtle, command_line: list[str]) -> Interpreter:
+    """What runs Logo as these options say."""
+    import random
+
+    from turtlewire.logo import Interpreter
+    from turtlewire.logo.values import make_list, word
+
+    logo = Interpreter(turtle, output.write, random.Random(arguments.seed), arguments.step_mm)
+    logo.variables["commandline"] = make_list([word(each) for each in command_line])
+    return logo
 
 
 def save_pictures(turtle: ScreenTurtle | Robot, pictures: list[Path], title: str, *, moves: bool) -> None:

@@ -31,6 +31,7 @@ class Signals:
 
     def __init__(self) -> None:
         self.received = ""
+        self._later: list[str] = []
         self._act: Callable[[], object] = self._raise
         self._before: dict[signal.Signals, Any] = {}
 
@@ -55,10 +56,24 @@ class Signals:
         """From now on signals are only noted: the way out has begun."""
         self._act = lambda: None
 
+    def renew(self) -> None:
+        """The signal that came has been dealt with: the next one counts again.
+
+        Raises ``Interrupted`` if meanwhile another one came that asks this program to end: not Ctrl-C once more.
+        """
+        later, self._later, self.received = self._later, [], ""
+        for name in later:
+            if name != "SIGINT":
+                self.received = name
+                self._act()
+
     def _handle(self, number: int, frame: FrameType | None) -> None:
         del frame
-        if not self.received:
-            self.received = signal.Signals(number).name
+        name = signal.Signals(number).name
+        if self.received:
+            self._later.append(name)
+        else:
+            self.received = name
             self._act()
 
     def _raise(self) -> None:

@@ -1,0 +1,176 @@
+"""``turtlewire logo`` on a terminal: one instruction after the other. Ctrl-C stops the robot, and what runs."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from typing import TYPE_CHECKING, NoReturn
+
+from turtlewire.cli import options, output
+from turtlewire.cli.signals import Interrupted
+from turtlewire.errors import LinkClosedError, TurtlewireError
+
+if TYPE_CHECKING:
+    import argparse
+    from pathlib import Path
+
+    from turtlewire.cli.signals import Signals
+    from turtlewire.configuration import Target
+    from turtlewire.connect import Robot
+    from turtlewire.logo import Interpreter
+
+GREETING = "Logo with a {}. BYE or Ctrl-D leaves, Ctrl-C stops."
+
+
+def execute(arguments: argparse.Namespace, pictures: list[Path], signals: Signals) -> int:
+    """Ask and do until somebody leaves. Whatever happens, the robot is stopped and the pictures are written."""
+    from turtlewire.cli.logo import interpreter, save_pictures
+    from turtlewire.logo import ScreenTurtle
+
+    target = options.target(arguments)
+    robot = _connected(target) if target is not None else None
+    turtle = robot or ScreenTurtle()
+    try:
+        # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
+        try:
+            logo = interpreter(arguments, turtle, [])
+            _Prompt(logo, robot, signals).greet(target).go()
+        finally:
+            signals.hold()
+    finally:
+        try:
+            if robot is not None:
+                robot.close(finish=False)
+        finally:
+            save_pictures(turtle, pictures, "Logo", moves=arguments.animate)
+    return 0
+
+
+def _connected(target: Target) -> Robot:
+    from turtlewire.connect import connect
+
+    try:
+        robot: Robot = connect(
+            target, notify=lambda text: output.tell(f"turtlewire: {text}"), announce=_announce
+        )
+    except LinkClosedError as error:
+        options.explain_refusal(error, target.port)
+        raise
+    return robot
+
+
+def _announce(path: str) -> None:
+    output.tell(f"waiting for the robot at {path}")
+
+
+class _Left(BaseException):
+    """BYE: no CATCH of a program keeps anybody."""
+
+
+def _bye(_logo: Interpreter) -> NoReturn:
+    raise _Left
+
+
+class _Prompt:
+    """The loop of asking and doing.
+
+    Args:
+        logo: what does it.
+        robot: what it is done with; None: a turtle on paper.
+        signals: those of this process.
+    """
+
+    def __init__(self, logo: Interpreter, robot: Robot | None, signals: Signals) -> None:
+        from turtlewire.logo.procedures import Primitive
+        from turtlewire.prompt.editor import Editor
+
+        self._logo = logo
+        self._robot = robot
+        self._signals = signals
+        self._editor = Editor(logo.procedures, logo.variables)
+        self._line_is_open = False
+        logo.write = self._write
+        logo.ask = self._ask
+        logo.procedures["bye"] = Primitive("bye", _bye, 0, 0, 0)
+
+    def greet(self, target: Target | None) -> _Prompt:
+        """Say what this is."""
+        output.write(GREETING.format("turtle on paper" if target is None else f"robot: {target.name}") + "\n")
+        return self
+
+    def go(self) -> None:
+        """Until somebody leaves. Raises ``Interrupted`` for a signal that is no Ctrl-C."""
+        while True:
+            try:
+                self._turn()
+            except (EOFError, _Left):
+                return
+            except Interrupted as interrupted:
+                if str(interrupted) != "SIGINT":
+                    raise
+                self._stop()
+                output.write("\nstopped\n")
+                self._line_is_open = False
+                self._signals.renew()
+
+    def _turn(self) -> None:
+        """Ask for an instruction and carry it out. Raises ``EOFError`` when somebody leaves."""
+        text = self._ask("? ")
+        if text is None:
+            raise EOFError
+        if text.strip():
+            self._carry_out(text)
+
+    def _ask(self, prompt: str) -> str | None:
+        """What somebody writes behind a prompt; None at the end of it, by Ctrl-D."""
+        self._end_line()
+        while True:
+            try:
+                return self._editor.ask(prompt)
+            except EOFError:
+                return None
+            except Interrupted:
+                raise
+            except KeyboardInterrupt:  # the key, while the terminal is in the editor's hands
+                self._stop()
+
+    def _carry_out(self, text: str) -> None:
+        """Run it, and let the robot end its motion: what goes wrong there belongs to this instruction."""
+        from turtlewire.logo import LogoError
+        from turtlewire.prompt import marking
+
+        robot = self._robot
+        try:
+            if robot is not None and robot.link_state == "stopped":
+                robot.resume()
+                output.tell("turtlewire: the link is back; the robot goes on from where it was stopped")
+            self._logo.run(text, marking.INPUT)
+            self._logo.turtle.finish()
+        except LogoError as error:
+            self._stop()
+            self._end_line()
+            marking.show(error)
+        except TurtlewireError as error:
+            self._stop()
+            self._end_line()
+            output.tell("\n".join([f"turtlewire: {error}", *getattr(error, "__notes__", [])]))
+
+    def _stop(self) -> None:
+        """Stop the robot, if there is one, and learn where it stands.
+
+        If it cannot be reached, the driver says so, and stops it when it is.
+        """
+        if self._robot is not None:
+            with contextlib.suppress(TurtlewireError):
+                self._robot.stop()
+                self._robot.finish()
+
+    def _write(self, text: str) -> None:
+        if text:
+            output.write(text)
+            self._line_is_open = not text.endswith("\n")
+
+    def _end_line(self) -> None:
+        if self._line_is_open:
+            self._write("\n")
+        sys.stdout.flush()
