@@ -36,14 +36,21 @@ def frame(*payload: int) -> bytes:
     return frame_bytes(DIALECT, 0, bytes(payload))
 
 
-# What sets a robot off for long, what it must stop at, and what only says that the host is there (section 4).
+# What sets a robot off for long, what it must stop at, what only says that the host is there (section 4), and what does
+# not even say that.
 DRIVE = {
-    "car": ("SimpleCar", b"F200000", b"S000000", b"H100000"),
-    "frame": ("FrameRobot", frame(1, 0, 200, 1, 1, 200), frame(1, 0, 0, 1, 1, 0), frame()),
-    "logo": ("Walter", b"F\xff\xff\rB\xff\xff\r", b"2\r ", b"\r"),
-    "direct": ("Walter", b"2\rA", b" ", b"\r"),
-    "basic-logo": ("WalterBasic", b"F\xff\xff\rB\xff\xff\r", b"2\r ", b"\r"),
-    "basic-direct": ("WalterBasic", b"2\rA", b" ", b"\r"),
+    "car": ("SimpleCar", b"F200000", b"S000000", b"H100000", b"X000000"),
+    "frame": (
+        "FrameRobot",
+        frame(1, 0, 200, 1, 1, 200),
+        frame(1, 0, 0, 1, 1, 0),
+        frame(),
+        frame()[:-1] + b"\x00",
+    ),
+    "logo": ("Walter", b"F\xff\xff\rB\xff\xff\r", b"2\r ", b"\r", b"x\r"),
+    "direct": ("Walter", b"2\rA", b" ", b"\r", b"Q\x00"),
+    "basic-logo": ("WalterBasic", b"F\xff\xff\rB\xff\xff\r", b"2\r ", b"\r", b"x\r"),
+    "basic-direct": ("WalterBasic", b"2\rA", b" ", b"\r", b"Q\x00"),
 }
 
 
@@ -70,7 +77,7 @@ def is_moving(board: Board, name: str) -> bool:
 
 @pytest.mark.parametrize("kind", DRIVE)
 def test_a_stop_acts_within_one_control_tick(built: Build, kind: str) -> None:
-    name, drive, stop, _ = DRIVE[kind]
+    name, drive, stop, *_ = DRIVE[kind]
     with power_on(built, name) as board:
         board.run(BOOTED_S)
         for _ in range(20):
@@ -86,7 +93,7 @@ def test_a_stop_acts_within_one_control_tick(built: Build, kind: str) -> None:
 @pytest.mark.parametrize("kind", DRIVE)
 def test_the_watchdog_stops_what_nobody_feeds(built: Build, kind: str) -> None:
     """Section 4: off unless it is wanted; fed by whatever is valid, not by noise; and what waited does not go on."""
-    name, drive, stop, feed = DRIVE[kind]
+    name, drive, stop, feed, noise = DRIVE[kind]
     with power_on(built, name) as board:
         board.run(BOOTED_S)
         send(board, drive)
@@ -99,9 +106,10 @@ def test_the_watchdog_stops_what_nobody_feeds(built: Build, kind: str) -> None:
             board.run(0.045)
             assert is_moving(board, name)
             send(board, feed)
-        board.run(0.045)
+        board.run(0.040)
         assert is_moving(board, name)
-        board.run(0.010)
+        send(board, noise)
+        board.run(0.015)
         assert not is_moving(board, name)
         board.run(0.1)
         assert not is_moving(board, name)
