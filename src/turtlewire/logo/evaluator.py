@@ -9,7 +9,6 @@ of Python functions, which CPython keeps off the C stack; nothing between two of
 from __future__ import annotations
 
 import sys
-import threading
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, TurtlewireError
@@ -125,7 +124,6 @@ class Interpreter:
         self._wants_value = False
         self._depth = 0
         self._node: Node | None = None
-        self._thread = 0  # the one that a program runs in
         self._body: tuple[Code, list[int]] | None = None  # of the running procedure, and how far it is
         self._is_traced = False  # whether the running procedure is: then nothing takes its place
         self.levels = Progress()
@@ -159,7 +157,6 @@ class Interpreter:
 
     def _run(self, source: str, name: str) -> None:
         self._reset()
-        self._thread = threading.get_ident()
         if "erract" in source.lower():
             self.compiler.switch_off()
         program = read(source, name)
@@ -211,13 +208,16 @@ class Interpreter:
     def position(self) -> Position | None:
         """Where in the program the evaluator is, ``None`` before it has begun. Safe to ask from another thread."""
         place = self._place_now()
-        frame = sys._current_frames().get(self._thread)
-        while frame is not None and frame.f_code is not _EVALUATES:
-            found = self.compiler.place_in(frame.f_code, frame.f_lineno)
-            if found is not None:
-                place = found
-                break
-            frame = frame.f_back
+        # What runs last in whatever thread it is: compiled, it says so itself.
+        for frame in sys._current_frames().values():
+            here: FrameType | None = frame
+            while here is not None:
+                if here.f_code is _EVALUATES and here.f_locals.get("self") is self:
+                    break
+                found = self.compiler.place_in(here.f_code, here.f_lineno)
+                if found is not None:
+                    return found[0].position(found[1])
+                here = here.f_back
         return place[0].position(place[1]) if place is not None else None
 
     @property
