@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from functools import lru_cache
 from typing import NamedTuple
 
 # An arc is drawn as a polygon whose sides leave the true circle by at most this much.
@@ -47,6 +48,7 @@ class Pose(NamedTuple):
 HOME = Pose()
 
 
+@lru_cache(maxsize=4096)  # programs turn by the same angles again and again
 def direction(heading_deg: float) -> tuple[float, float]:
     """The unit vector of a heading; exact for the four right angles, so squares close exactly."""
     h = heading_deg % 360.0

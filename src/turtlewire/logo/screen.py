@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from turtlewire.errors import MessageError
-from turtlewire.trace import Trace
-from turtlewire.turtle import TONES, Pose, Turtle
+from turtlewire.trace import Stroke, Trace
+from turtlewire.turtle import TONES, Pose, Turtle, direction
 
 _SPEEDS = range(1, 256)
 
@@ -13,7 +13,6 @@ class ScreenTurtle(Turtle):
     """An exact turtle without a robot.
 
     Attributes:
-        trace: what it drew.
         elapsed_s: the time it was told to wait, in seconds; nothing waits.
         speed: the speed that was set last, 1 to 255.
         tone: the horn's tone, ``"off"``, ``"low"`` or ``"high"``.
@@ -22,51 +21,75 @@ class ScreenTurtle(Turtle):
     """
 
     def __init__(self) -> None:
-        self.trace = Trace()
+        self._trace = Trace()
         self.elapsed_s = 0.0
         self.speed = 255
         self.tone = "off"
         self.is_lamp_on = False
         self.is_step_by_step = False
-        self._pose = Pose()
+        # Apart, and not as a pose: a program may draw a million lines.
+        self._x_mm = self._y_mm = self._heading_deg = 0.0
+        self._dx, self._dy = direction(0.0)
+        self._points: list[tuple[float, float]] | None = None  # of the stroke that is being drawn
         self._pen_down = True
 
-    def _move(self, pose: Pose) -> None:
-        self._pose = pose
-        self.trace.move(pose, pen_down=self._pen_down)
+    @property
+    def trace(self) -> Trace:
+        """What it drew."""
+        self._trace.pose = self.pose
+        return self._trace
+
+    def _move(self, x_mm: float, y_mm: float) -> None:
+        before = self._x_mm, self._y_mm
+        if (x_mm, y_mm) == before:
+            return
+        self._x_mm, self._y_mm = x_mm, y_mm
+        if self._points is None:
+            strokes = self._trace.strokes
+            if not strokes or strokes[-1].pen_down != self._pen_down:
+                strokes.append(Stroke(self._pen_down, [before]))
+            self._points = strokes[-1].points
+        self._points.append((x_mm, y_mm))
+
+    def _turn_to(self, heading_deg: float) -> None:
+        self._heading_deg = heading = heading_deg % 360.0
+        self._dx, self._dy = direction(heading)
 
     def forward(self, distance_mm: float) -> None:
         """Drive straight ahead; backwards when negative."""
-        self._move(self._pose.moved(distance_mm))
+        self._move(self._x_mm + distance_mm * self._dx, self._y_mm + distance_mm * self._dy)
 
     def right(self, angle_deg: float) -> None:
         """Turn clockwise; counter-clockwise when negative."""
-        self._move(self._pose.turned(angle_deg))
+        self._turn_to(self._heading_deg + angle_deg)
 
     def set_position(self, x_mm: float, y_mm: float) -> None:
         """Go straight to a point and keep the heading."""
-        self._move(Pose(x_mm, y_mm, self._pose.heading_deg))
+        self._move(x_mm, y_mm)
 
     def set_heading(self, heading_deg: float) -> None:
         """Turn to an absolute heading."""
-        self._move(Pose(self._pose.x_mm, self._pose.y_mm, heading_deg % 360.0))
+        self._turn_to(heading_deg)
 
     def home(self) -> None:
         """Go to the origin and look up."""
-        self._move(Pose())
+        self._move(0.0, 0.0)
+        self._turn_to(0.0)
 
     @property
     def pose(self) -> Pose:
         """Where the turtle is."""
-        return self._pose
+        return Pose(self._x_mm, self._y_mm, self._heading_deg)
 
     def pen_up(self) -> None:
         """Lift the pen."""
         self._pen_down = False
+        self._points = None
 
     def pen_down(self) -> None:
         """Lower the pen."""
         self._pen_down = True
+        self._points = None
 
     @property
     def is_pen_down(self) -> bool:
@@ -76,6 +99,7 @@ class ScreenTurtle(Turtle):
     def clean(self) -> None:
         """Forget what was drawn."""
         self.trace.clear()
+        self._points = None
 
     def set_speed(self, speed: int) -> None:
         """Set the speed, 1 to 255. Raises ``MessageError`` outside."""

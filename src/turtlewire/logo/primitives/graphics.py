@@ -16,9 +16,13 @@ chapter = Chapter()
 primitive = chapter.primitive
 
 _EXACT = 1e15
+_FAR = 1e200  # up to here nothing can become infinite
+_PLAIN_NUMBERS = frozenset((int, float))
 
 
 def _millimetres(logo: Interpreter, steps: Value) -> float:
+    if type(steps) in _PLAIN_NUMBERS and -_FAR < steps < _FAR:  # type: ignore[operator]
+        return steps * logo.step_mm  # type: ignore[operator]
     distance = narrowed(finite(steps)) * logo.step_mm
     if math.isinf(distance):
         raise BadInputError(steps)
@@ -35,6 +39,8 @@ def _coordinate(logo: Interpreter, millimetres: float) -> Number:
 
 
 def _degrees(angle: Value) -> float:
+    if type(angle) in _PLAIN_NUMBERS and -_FAR < angle < _FAR:  # type: ignore[operator]
+        return float(angle)  # type: ignore[arg-type]
     return float(narrowed(finite(angle)))
 
 
