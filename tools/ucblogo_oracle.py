@@ -35,6 +35,7 @@ def _main_program(folder: Path, index: int) -> str:
             "cs",
             f'catch "error [load "{folder}/case{index}.lg]',
             'make "..e error',
+            'make "fullprintp "false ern [printdepthlimit printwidthlimit]',  # for what is printed here
             f'if not emptyp :..e [print "{_MARK} print item 1 :..e print item 2 :..e show item 3 :..e]',
             "setwrite [] setread [] setprefix [] nodribble",
             "closeall",
@@ -42,7 +43,7 @@ def _main_program(folder: Path, index: int) -> str:
             "unburyall",
             "bury :..b",  # what was buried when it began; the library is loaded again as it is needed
             "erall",
-            'make "fullprintp "false make "caseignoredp "true make "allowgetset "true make "unburyonedit "true',
+            'make "caseignoredp "true make "allowgetset "true make "unburyonedit "true',
         ]
     )
 
