@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier, is_simple
 from turtlewire.logo.compiler.ending import ProcedureEnding
-from turtlewire.logo.compiler.facts import Survey, literal_name
+from turtlewire.logo.compiler.facts import Survey, local_names
+from turtlewire.logo.compiler.fast import FAST
 from turtlewire.logo.compiler.faults import FAULTS, Record, innermost, translated
 from turtlewire.logo.compiler.runtime import helpers
 from turtlewire.logo.procedures import Primitive, UserProcedure
@@ -293,8 +294,7 @@ class Compiler(Namer):
         for index, node in enumerate(nodes):
             if not isinstance(node, Call) or node.primitive.name not in ("local", "localmake"):
                 continue
-            for each in node.inputs if node.primitive.name == "local" else node.inputs[:1]:
-                key = literal_name(each)
+            for key in local_names(node):
                 if key is None or not may_be_local(key):
                     raise RefusedError("a local variable that other procedures see")
                 if key not in seen and key in survey.facts_of([*nodes[:index], *node.inputs[1:]]).free:
@@ -360,10 +360,12 @@ class Compiler(Namer):
         """The function of a primitive."""
         name = f"{'m' if moves else 'f'}_{identifier(primitive.name)}"
         if name not in self._globals:
-            function = primitive.function
-            self._globals[name] = self._logo.watching_limits(primitive) if moves else function
             if moves:
+                self._globals[name] = self._logo.watching_limits(primitive)
                 self._moving.add(name)
+            else:
+                faster = FAST.get(primitive.name)
+                self._globals[name] = faster(primitive.function) if faster else primitive.function
         return name
 
     def procedure(self, procedure: UserProcedure, *, as_command: bool) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.emit import RefusedError, SlotNode, key_of
-from turtlewire.logo.compiler.facts import TEMPLATES, as_line
+from turtlewire.logo.compiler.facts import TEMPLATES, as_line, local_names
 from turtlewire.logo.reader import Line
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node
 from turtlewire.logo.values import plain, to_text
@@ -111,8 +111,8 @@ def _thing(emitter: Emitter, node: Call) -> Expr:
 
 
 def _local(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
-    for each in node.inputs:
-        local = emitter.names.get(key_of(each))
+    for key in local_names(node):
+        local = emitter.names.get(key) if key is not None else None
         if local is None:
             raise RefusedError("a local variable that other procedures see")
         # Without a value, even when the procedure begins anew in its own place.

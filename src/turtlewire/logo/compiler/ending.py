@@ -62,8 +62,10 @@ class ProcedureEnding(Ending):
         """Whether it must remember how it began anew."""
         return self._minds_value or self._minds_nothing
 
-    def nothing(self, emitter: Emitter, node: Node | None) -> None:  # noqa: ARG002
+    def nothing(self, emitter: Emitter, node: Node | None) -> None:
         """STOP, or the end of the body."""
+        if node is None and emitter.body and isinstance(emitter.body[-1], ast.Return | ast.Continue):
+            return
         if self._minds_nothing:
             late = py.compare(py.name("late"), ast.Lt(), py.const(0))
             emitter.body.append(py.when(late, [py.do(py.call("late_silence", py.name("late")))]))

@@ -90,6 +90,20 @@ def literal_name(node: Node) -> str | None:
     return None
 
 
+def local_names(node: Call) -> list[str | None]:
+    """The names that a LOCAL or LOCALMAKE gives; ``None`` for one that is computed."""
+    if node.primitive.name == "localmake":
+        return [literal_name(node.inputs[0])]
+    names: list[str | None] = []
+    for each in node.inputs:
+        line = each.line if isinstance(each, Literal) else None
+        if line is None:
+            names.append(literal_name(each))
+        else:
+            names += [plain(item).lower() if isinstance(item, str) else None for item in line.items]
+    return names
+
+
 class Survey:
     """The facts of procedures, and of all that they reach; good until something is defined."""
 
@@ -245,7 +259,9 @@ class Survey:
         elif name == "test":
             self._has_test = True
         elif name in _NAMED or name == "local":
-            keys = [literal_name(each) for each in (inputs if name == "local" else [inputs[_NAMED[name]]])]
+            keys = (
+                local_names(node) if name in ("local", "localmake") else [literal_name(inputs[_NAMED[name]])]
+            )
             for key in keys:
                 if key is None:
                     facts.touches_any = True
