@@ -93,7 +93,7 @@ def ucblogo(program: Path) -> Result | None:
 
 def py3logo(program: Path) -> Result | None:
     """PyPI's py3logo."""
-    return timed([sys.executable, "-m", "logo", "-c", "-q", str(program)])
+    return timed([sys.executable, "-m", "py3logo.script", "-c", "-q", str(program)])
 
 
 def best(run: list[Result | None]) -> Result | None:
@@ -104,7 +104,7 @@ def best(run: list[Result | None]) -> Result | None:
 
 def compare() -> None:
     """The table of programs."""
-    has_py3logo = shutil.which("py3logo") is not None or _has_module("logo")
+    has_py3logo = shutil.which("py3logo") is not None or _has_module("py3logo")
     ratios: dict[str, float] = {}
     print(
         f"{'program':14} {'turtlewire':>10} {'UCBLogo':>9} {'ratio':>7} {'py3logo':>9}   seconds of the processor"
@@ -140,6 +140,7 @@ def compiling() -> None:
     source = "".join(ROUTINE.format(index) for index in range(count))
     calls = "".join(f"ignore routine.{index} 1 [1 2]\n" for index in range(count))
     times = []
+    logo = Interpreter(ScreenTurtle(), lambda _: None, random.Random(0))
     for _ in range(RUNS):
         logo = Interpreter(ScreenTurtle(), lambda _: None, random.Random(0))
         begun = time.process_time()
@@ -154,7 +155,7 @@ def compiling() -> None:
         python_times.append(time.process_time() - begun)
     print(
         f"a program of {len(source.splitlines()):,} lines, read, compiled and run once: {min(times):.3f} s, "
-        f"{min(times) / min(python_times):.1f} times Python's compile of the {len(python.splitlines()):,} lines it becomes"
+        f"{min(times) / min(python_times):.1f} times Python's compile of the {len(python.splitlines()):,} lines made"
     )
 
 
