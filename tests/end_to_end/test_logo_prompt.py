@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -13,7 +14,6 @@ from .conftest import DEADLINE_S, Cli, wait_until
 if TYPE_CHECKING:
     import subprocess
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
     from .terminal import Terminal
 
@@ -83,6 +83,17 @@ def test_a_session(prompt: Callable[..., Prompt]) -> None:
     assert at.enter("fd 50 print pos") == ["0 50"]
     at.screen.press(CTRL_D)
     assert at.ended() == 0
+
+
+def test_the_session_in_the_documentation(prompt: Callable[..., Prompt]) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "logo-tools.md").read_text("utf-8")
+    session = re.search(r"^```text\n(\? .*?)^```", page, re.MULTILINE | re.DOTALL)
+    assert session is not None
+    at = prompt()
+    for part in re.split(r"^\? ", session[1], flags=re.MULTILINE)[1:]:
+        lines = part.splitlines()
+        asked = [lines[0], *(line[2:] for line in lines[1:] if line.startswith("> "))]
+        assert at.enter(*asked) == [line for line in lines[1:] if not line.startswith("> ")]
 
 
 def test_bye_leaves_whatever_catches(prompt: Callable[..., Prompt]) -> None:
