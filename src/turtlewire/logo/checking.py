@@ -274,6 +274,8 @@ class _Check:
     def _check_variable(self, node: Variable) -> None:
         if node.key in self._given or self._words.gives_unknown or self._errors_are_acted_on:
             return
+        if node.key.isdigit():
+            return  # a slot of CROSSMAP
         error = errors.no_value(node.name, sorted(self._given))
         message = f"{plain(node.name)} is never given a value"
         self._report(_position(node.place), "no value", message, error.advice())
