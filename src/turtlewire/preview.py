@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from turtlewire.deviation import Followed
 from turtlewire.errors import LimitReachedError, TurtlewireError
 from turtlewire.logo import Interpreter, Position
+from turtlewire.logo.keyboard import Keyboard
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 LONGEST_S = 7200.0
 # How often the robot's clock is looked at: every so many motions.
 LOOK = 50
-CHANCE, SENSORS = "uses chance", "asks the limit sensors"
+CHANCE, SENSORS, KEYBOARD = "uses chance", "asks the limit sensors", "reads the keyboard"
 
 
 class Extent(NamedTuple):
@@ -63,7 +64,7 @@ class Preview(NamedTuple):
         is_whole: whether the program came to its end within ``LONGEST_S``.
         has_arena: whether it is known what stands around the robot.
         touch: where it meets something first; None: nowhere.
-        asks: why it may be otherwise each time: ``"uses chance"``, ``"asks the limit sensors"``.
+        asks: why it may be otherwise each time: ``CHANCE``, ``SENSORS``, ``KEYBOARD``.
         error: what ended the program, if anything did.
         position: where in the program that was.
     """
@@ -84,7 +85,9 @@ class Preview(NamedTuple):
 def preview(
     target: Target, source: str, name: str, *, seed: int = 0, step_mm: float = 1.0, arena: str | None = None
 ) -> Preview:
-    """Run a program on a simulated robot like the target, in virtual time; what it prints is dropped.
+    """Run a program on a simulated robot like the target, in virtual time.
+
+    What the program prints is dropped, and nobody types what it reads.
 
     Args:
         target: the robot that it is meant for.
@@ -107,6 +110,7 @@ def preview(
         began_s = robot.statistics.seconds
         watched = _Watched(robot, world, radius_mm)
         logo = Interpreter(watched, lambda _text: None, chance, step_mm)
+        keyboard = logo.streams.keyboard = _NoKeyboard()
         watched.position = lambda: logo.position
         error: TurtlewireError | None = None
         is_whole = True
@@ -121,7 +125,7 @@ def preview(
                 watched.touched(caught.x_mm, caught.y_mm)
         seconds = robot.statistics.seconds - began_s
         robot.stop()
-    asked = {CHANCE: chance.was_asked, SENSORS: watched.asks_sensors}
+    asked = {CHANCE: chance.was_asked, SENSORS: watched.asks_sensors, KEYBOARD: keyboard.was_asked}
     return Preview(
         watched.way,
         watched.drawing,
@@ -176,6 +180,22 @@ class _Chance(random.Random):
     def getrandbits(self, k: int, /) -> int:
         self.was_asked = True
         return super().getrandbits(k)
+
+
+class _NoKeyboard(Keyboard):
+    """Nobody types; it knows whether it was asked."""
+
+    def __init__(self) -> None:
+        super().__init__(self._read)
+        self.was_asked = False
+
+    def _read(self) -> str:
+        self.was_asked = True
+        return ""
+
+    def has_key(self) -> bool:
+        self.was_asked = True
+        return False
 
 
 class _Watched(Followed):

@@ -213,6 +213,20 @@ def test_an_error_of_the_robot_ends_no_session(prompt: Callable[..., Prompt]) ->
     assert at.enter("fd 20 print pos") == ["0 20"]
 
 
+def test_the_keyboard_and_files_of_a_program(prompt: Callable[..., Prompt]) -> None:
+    at = prompt()
+    at.screen.press('make "name readlist print :name\r')
+    wait_until(lambda: at.last_lines(1) == ['? make "name readlist print :name'], "it to be entered")
+    at.screen.press("Ada Lovelace\r")
+    wait_until(lambda: at.last_lines(2) == ["Ada Lovelace", "?"], f"the answer on\n{at.screen.shown}")
+    at.enter('openwrite "notes setwrite "notes')
+    at.enter("print [one line]")
+    at.enter("setwrite []")
+    at.screen.press(CTRL_D)
+    assert at.ended() == 0
+    assert (at.folder / "notes").read_text("utf-8") == "one line\n"
+
+
 def test_pause_asks_within_the_procedure(prompt: Callable[..., Prompt]) -> None:
     at = prompt()
     at.enter("to deep :n", "pause", "print :n", "end")

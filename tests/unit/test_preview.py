@@ -11,7 +11,7 @@ import turtlewire
 from turtlewire.configuration import target
 from turtlewire.errors import DataError, LimitReachedError, LinkError
 from turtlewire.logo import LogoError
-from turtlewire.preview import CHANCE, LONGEST_S, SENSORS, Extent, Touch, preview
+from turtlewire.preview import CHANCE, KEYBOARD, LONGEST_S, SENSORS, Extent, Touch, preview
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -105,6 +105,8 @@ def test_no_such_arena() -> None:
         ("fd pick [10 20]", (CHANCE,)),
         ("onlimit [bk 10] fd 10", (SENSORS,)),
         ("onlimit [] fd random 5", (CHANCE,)),
+        ('make "size readlist fd 10', (KEYBOARD,)),
+        ("if keyp [fd 10]", (KEYBOARD,)),
     ],
 )
 def test_what_makes_it_an_estimate(program: str, asks: tuple[str, ...]) -> None:
