@@ -91,6 +91,14 @@ def test_an_arena(url: str, tmp_path: Path) -> None:
     assert isinstance(found.error, LimitReachedError) == (url in ("sim:walter", "/dev/ttyUSB0"))
 
 
+def test_a_wall_that_is_met_at_an_angle(tmp_path: Path) -> None:
+    (tmp_path / "arena.toml").write_text(ARENA, "utf-8")
+    found = preview(target("sim:simple"), "rt 30 fd 900", "p.logo", arena=str(tmp_path / "arena.toml"))
+    assert found.touch is not None
+    assert found.touch.y_mm == pytest.approx(500 - 120, abs=1)  # the car's radius
+    assert found.touch.x_mm == pytest.approx(found.touch.y_mm * math.tan(math.radians(30)), abs=1)
+
+
 def test_no_such_arena() -> None:
     with pytest.raises(turtlewire.TurtlewireError, match="arena file"):
         preview(target("sim:walter"), "fd 1", "p.logo", arena="none.toml")
