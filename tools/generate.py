@@ -1,4 +1,4 @@
-"""Makes what is generated from spec/protocols/*.toml, or with --check says what is not current.
+"""Makes what is generated from the tables in spec/, or with --check says what is not current.
 
 python -m tools.generate [--check]
 """
@@ -9,13 +9,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from tools.generators import frame, simple, walter
+from tools.generators import coverage, frame, simple, walter
 from tools.generators.python import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-GENERATORS = (frame, simple, walter)
+GENERATORS = (coverage, frame, simple, walter)
 
 
 def files() -> dict[Path, str]:

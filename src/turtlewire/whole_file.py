@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
-import secrets
 import stat
 from contextlib import suppress
-from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def replace(path: Path, data: bytes) -> None:
@@ -14,14 +16,14 @@ def replace(path: Path, data: bytes) -> None:
 
     A file that was there keeps its permissions, a symbolic link stays one. Raises ``OSError``.
     """
-    target = Path(os.path.realpath(path))
+    target = type(path)(os.path.realpath(path))
     mode = None
     with suppress(FileNotFoundError):
         mode = target.stat().st_mode
         if not stat.S_ISREG(mode):  # a pipe or a device cannot be replaced; a folder fails here
             target.write_bytes(data)
             return
-    temporary = target.with_name(f".turtlewire-{secrets.token_hex(6)}")
+    temporary = target.with_name(f".turtlewire-{os.urandom(6).hex()}")
     try:
         with temporary.open("xb") as file:
             file.write(data)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -13,7 +14,6 @@ from .conftest import DEADLINE_S, Cli, wait_until
 if TYPE_CHECKING:
     import subprocess
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
     from .terminal import Terminal
 
@@ -83,6 +83,17 @@ def test_a_session(prompt: Callable[..., Prompt]) -> None:
     assert at.enter("fd 50 print pos") == ["0 50"]
     at.screen.press(CTRL_D)
     assert at.ended() == 0
+
+
+def test_the_session_in_the_documentation(prompt: Callable[..., Prompt]) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "logo-tools.md").read_text("utf-8")
+    session = re.search(r"^```text\n(\? .*?)^```", page, re.MULTILINE | re.DOTALL)
+    assert session is not None
+    at = prompt()
+    for part in re.split(r"^\? ", session[1], flags=re.MULTILINE)[1:]:
+        lines = part.splitlines()
+        asked = [lines[0], *(line[2:] for line in lines[1:] if line.startswith("> "))]
+        assert at.enter(*asked) == [line for line in lines[1:] if not line.startswith("> ")]
 
 
 def test_bye_leaves_whatever_catches(prompt: Callable[..., Prompt]) -> None:
@@ -200,6 +211,20 @@ def test_an_error_of_the_robot_ends_no_session(prompt: Callable[..., Prompt]) ->
     at = prompt("--port", "sim:walter?groups=CQ", "--set", "groups=CQ")
     assert "has no horn" in " ".join(at.enter("hornhi"))
     assert at.enter("fd 20 print pos") == ["0 20"]
+
+
+def test_the_keyboard_and_files_of_a_program(prompt: Callable[..., Prompt]) -> None:
+    at = prompt()
+    at.screen.press('make "name readlist print :name\r')
+    wait_until(lambda: at.last_lines(1) == ['? make "name readlist print :name'], "it to be entered")
+    at.screen.press("Ada Lovelace\r")
+    wait_until(lambda: at.last_lines(2) == ["Ada Lovelace", "?"], f"the answer on\n{at.screen.shown}")
+    at.enter('openwrite "notes setwrite "notes')
+    at.enter("print [one line]")
+    at.enter("setwrite []")
+    at.screen.press(CTRL_D)
+    assert at.ended() == 0
+    assert (at.folder / "notes").read_text("utf-8") == "one line\n"
 
 
 def test_pause_asks_within_the_procedure(prompt: Callable[..., Prompt]) -> None:

@@ -65,9 +65,15 @@ def test_python_runs(block: Block, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("block", blocks("logo"), ids=name)
-def test_logo_runs(block: Block) -> None:
-    turtle = ScreenTurtle()
-    Interpreter(turtle, write=lambda _: None, random=random.Random(0)).run(block.text, name(block))
+def test_logo_prints_what_stands_below_it(
+    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # for the files that it writes
+    written: list[str] = []
+    Interpreter(ScreenTurtle(), written.append, random.Random(0)).run(block.text, name(block))
+    behind = block.page.read_text("utf-8").split("\n")[block.line + block.text.count("\n") + 1 :]
+    if behind[1:2] == ["```text"]:
+        assert "".join(written) == "".join([line + "\n" for line in behind[2 : behind.index("```", 2)]])
 
 
 @pytest.mark.parametrize("block", blocks("console"), ids=name)

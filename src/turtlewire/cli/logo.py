@@ -71,7 +71,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 
 def execute(arguments: argparse.Namespace, signals: Signals) -> int:
-    """Do what the arguments say."""
+    """Do what the command line says."""
     words: list[str] = arguments.words
     if words[:1] == ["fmt"]:
         from turtlewire.cli import logo_fmt

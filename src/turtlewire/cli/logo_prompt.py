@@ -99,19 +99,32 @@ class _Prompt:
         return self
 
     def go(self) -> None:
-        """Until somebody leaves. Raises ``Interrupted`` for a signal that is no Ctrl-C."""
-        while True:
-            try:
-                self._turn()
-            except (EOFError, _Left):
-                return
-            except Interrupted as interrupted:
-                if str(interrupted) != "SIGINT":
-                    raise
-                self._stop()
-                output.write("\nstopped\n")
-                self._line_is_open = False
-                self._signals.renew()
+        """Until somebody leaves, then close the files that are open.
+
+        Raises ``Interrupted`` for a signal that is no Ctrl-C, ``LogoError`` for a file that cannot be finished.
+        """
+        failed = True
+        try:
+            while self._goes_on():
+                pass
+            failed = False
+        finally:
+            self._logo.streams.finish(failed=failed)
+
+    def _goes_on(self) -> bool:
+        """Take a turn, from which Ctrl-C comes back; whether there is to be another."""
+        try:
+            self._turn()
+        except (EOFError, _Left):
+            return False
+        except Interrupted as interrupted:
+            if str(interrupted) != "SIGINT":
+                raise
+            self._stop()
+            output.write("\nstopped\n")
+            self._line_is_open = False
+            self._signals.renew()
+        return True
 
     def _turn(self) -> None:
         """Ask for an instruction and carry it out. Raises ``EOFError`` when somebody leaves."""
@@ -144,7 +157,7 @@ class _Prompt:
             if robot is not None and robot.link_state == "stopped":
                 robot.resume()
                 output.tell("turtlewire: the link is back; the robot goes on from where it was stopped")
-            self._logo.run(text, marking.INPUT)
+            self._logo.run(text, marking.INPUT, keeps_files=True)
             self._logo.turtle.finish()
         except LogoError as error:
             self._stop()

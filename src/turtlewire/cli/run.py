@@ -7,7 +7,7 @@ import random
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import options, program
+from turtlewire.cli import options, preview, program
 from turtlewire.cli.progress import Bar
 from turtlewire.cli.report import Report
 from turtlewire.cli.signals import Interrupted
@@ -35,6 +35,8 @@ examples:
       on the robot at this port
   turtlewire run rose.logo --robot elsie --statistics
       on the robot that robots.toml calls elsie, with figures for a bug report
+  turtlewire run --preview rose.logo --port /dev/ttyUSB0
+      first says how large the drawing is and how long it takes, and asks
   turtlewire run maze.logo --port "sim:walter?arena=maze.toml&slip=0.02&seed=7"
       on a simulated robot among walls, whose wheels slip
   turtlewire run rose.logo --robot simple --faults lose:0.001,seed:7
@@ -88,12 +90,18 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         action="store_true",
         help="say at the end what the connection was like: for a bug report",
     )
+    preview.add_options(parser)
     parser.set_defaults(execute=execute)
 
 
 def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Run the program. Whatever happens, the robot is stopped, the pictures are written, and it is told."""
     name = program.name_of(arguments.program)
+    preview.check_options(arguments)
+    if arguments.preview is not None:
+        code = preview.go_on(arguments, _target(arguments), program.read(arguments.program), name)
+        if code is not None:
+            return code
     report = Report(name, as_json=arguments.json)
     run = _Run(arguments, signals, report)
     try:

@@ -266,9 +266,16 @@ class _Check:
 
     # --- reports ------------------------------------------------------------------------------------------------
 
+    @property
+    def _errors_are_acted_on(self) -> bool:
+        """Whether the program may have ERRACT put a value in the place of what has none."""
+        return "erract" in self._words.given
+
     def _check_variable(self, node: Variable) -> None:
-        if node.key in self._given or self._words.gives_unknown:
+        if node.key in self._given or self._words.gives_unknown or self._errors_are_acted_on:
             return
+        if node.key.isdigit():
+            return  # a slot of CROSSMAP
         error = errors.no_value(node.name, sorted(self._given))
         message = f"{plain(node.name)} is never given a value"
         self._report(_position(node.place), "no value", message, error.advice())
@@ -277,7 +284,7 @@ class _Check:
         key = plain(name).lower()
         if key in self._changing or self._words.defines_unknown:
             return
-        if key in self._given:
+        if key in self._given or self._errors_are_acted_on:
             return
         error = errors.unknown_procedure(name, list(self._logo.procedures))
         self._report(_position(place), "unknown procedure", error.text, error.advice())

@@ -11,10 +11,11 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from turtlewire.errors import LimitReachedError, TurtlewireError
+from turtlewire.errors import LimitReachedError, StoppedError, TurtlewireError
 from turtlewire.logo import blame, erract, errors, tags, tracing
 from turtlewire.logo.compiler import FAULTS, Compiler
 from turtlewire.logo.errors import LogoError, Position
+from turtlewire.logo.events import Events, handle_limit
 from turtlewire.logo.marks import Marks
 from turtlewire.logo.primitives import PRIMITIVES
 from turtlewire.logo.procedures import (
@@ -54,12 +55,13 @@ from turtlewire.logo.syntax import (
     Variable,
 )
 from turtlewire.logo.tokens import Place, tokenize
+from turtlewire.logo.turtles import Turtles
 from turtlewire.logo.values import VALUE_TYPES, List, Value, show_in_error
 from turtlewire.logo.workspace import define_from_title
 
 if TYPE_CHECKING:
     import random
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from types import FrameType
 
     from turtlewire.turtle import Turtle
@@ -73,7 +75,7 @@ class Interpreter:
     """A Logo workspace with a turtle; programs that run in it one after the other share it.
 
     Args:
-        turtle: what the graphics and robot primitives command.
+        turtle: what the graphics and robot primitives command: one turtle, or several by their names.
         write: called with each piece of text that the program prints.
         random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds.
         step_mm: how many millimetres one turtle step is; more than 0.
@@ -82,7 +84,7 @@ class Interpreter:
 
     def __init__(
         self,
-        turtle: Turtle,
+        turtle: Turtle | Mapping[str, Turtle],
         write: Callable[[str], object],
         random: random.Random,
         step_mm: float = 1.0,
@@ -91,7 +93,8 @@ class Interpreter:
     ) -> None:
         if not 0 < step_mm < float("inf"):
             raise ValueError(f"step_mm must be more than 0, not {step_mm}")
-        self.turtle = turtle
+        self.turtles = Turtles(turtle)
+        self.turtle = self.turtles.as_one(self.turtles.told)
         self.write = write
         self.random = random
         self.step_mm = step_mm
@@ -111,9 +114,7 @@ class Interpreter:
         )
         self.baskets: tuple[Value, Value] | None = None  # what ?IN and ?OUT stand for
         self.repeat_count = -1
-        self.limit_handler: List | None = None
-        self.limit_handler_changed = False
-        self.limit_sensor = ""
+        self.events = Events()
         self.last_error: LogoError | None = None
         self.symbols_made = 0
         self.acting_on: LogoError | None = None  # the error for which ERRACT is running
@@ -147,7 +148,11 @@ class Interpreter:
         failed = True
         try:
             with room_for_recursion(_FRAMES):
-                self._run(source, name)
+                try:
+                    self._run(source, name)
+                except (KeyboardInterrupt, StoppedError):
+                    self._say_last_words()
+                    raise
             failed = False
         finally:
             if not keeps_files:
@@ -155,8 +160,13 @@ class Interpreter:
             elif failed:
                 self.streams.to_terminal()
 
+    def _say_last_words(self) -> None:
+        from turtlewire.logo.last_words import speak  # it needs this module
+
+        speak(self)
+
     def _run(self, source: str, name: str) -> None:
-        self._reset()
+        self.reset()
         if "erract" in source.lower():
             self.compiler.switch_off()
         program = read(source, name)
@@ -180,7 +190,7 @@ class Interpreter:
             raise blame.placed(self, errors.stack_overflow(), place) from None
         self.levels.finish()
 
-    def _reset(self) -> None:
+    def reset(self) -> None:
         """Forget what a program that ended in an error, or by a key, may have left behind."""
         self._is_traced = False
         self.marks.trace_depth = 0
@@ -259,9 +269,9 @@ class Interpreter:
 
     def set_limit_handler(self, handler: List | None) -> None:
         """Install what is run when a limit sensor ends a command, or remove it."""
-        self.turtle.set_step_by_step(handler is not None)
-        self.limit_handler = handler
-        self.limit_handler_changed = True
+        self.turtles.all.set_step_by_step(handler is not None)
+        self.events.limit = handler
+        self.events.limit_changed = True
 
     def parsed(self, instructions: Value) -> Code:
         """The code of an instruction list; kept with the list until a procedure is defined."""
@@ -428,7 +438,7 @@ class Interpreter:
                 raise
             return self.fail(error, node.place)
         except LimitReachedError as limit:
-            return self._handle_limit(limit, node)
+            return handle_limit(self, limit, node)
         except TurtlewireError as trouble:
             blame.annotate(self, trouble, node)
             raise
@@ -653,21 +663,6 @@ class Interpreter:
 
     # --- limit sensors ----------------------------------------------------------------------------------------
 
-    def _handle_limit(self, limit: LimitReachedError, node: Node) -> Result:
-        """Run the ONLIMIT list in place of the rest of the command that a limit sensor ended."""
-        handler = self.limit_handler
-        if handler is None or limit is self.escaping:
-            blame.annotate(self, limit, node)
-            raise limit
-        self.limit_sensor = limit.sensor
-        self.limit_handler = None  # a limit within the handler is an error, unless it does ONLIMIT itself
-        self.limit_handler_changed = False
-        try:
-            return self.run_list(handler, COMMAND)
-        finally:
-            if not self.limit_handler_changed:
-                self.limit_handler = handler
-
     def watching_limits(self, primitive: Primitive) -> Callable[..., Result]:
         """A primitive that moves the robot, for compiled functions: ONLIMIT is heeded."""
         function = primitive.function
@@ -699,7 +694,7 @@ class Interpreter:
         node, procedure = self.compiler.node_at(frame)
         outer, self.procedure = self.procedure, procedure
         try:
-            return self._handle_limit(limit, node)
+            return handle_limit(self, limit, node)
         finally:
             self.procedure = outer
 

@@ -64,7 +64,7 @@ TEMPLATES: dict[str, tuple[int, ...]] = {
 def run_lists(node: Node) -> Iterator[tuple[Line, str]]:
     """The lists that a call runs, as far as they stand in it: each with the table's name.
 
-    ``"instructions"``, ``"expression"``, or ``"template"``: one of the form with question marks, no lambda.
+    ``"instructions"``, ``"expression"``, or ``"template"``; of a lambda, what stands behind its inputs.
     """
     if not isinstance(node, Call):
         return
@@ -81,13 +81,12 @@ def run_lists(node: Node) -> Iterator[tuple[Line, str]]:
             if not (index in wanted or ALL in wanted):
                 continue
             line = each.line if isinstance(each, Literal) else None
-            if line is not None and not (role == "template" and is_lambda(line)):
+            if line is None:
+                continue
+            if role != "template" or not (line.items and isinstance(line.items[0], Line)):
                 yield line, role
-
-
-def is_lambda(line: Line) -> bool:
-    """Whether a template begins with the list of its inputs."""
-    return bool(line.items) and isinstance(line.items[0], Line)
+            elif not any(isinstance(item, Line) for item in line.items[1:2]):  # else it is a whole procedure
+                yield line.rest(), role
 
 
 def inputs_of(node: Node) -> list[Node]:

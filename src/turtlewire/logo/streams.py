@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import LogoError
@@ -13,6 +12,7 @@ from turtlewire.logo.values import NIL, make_list, spelled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.values import List, Value
@@ -55,6 +55,8 @@ class Streams:
 
     def path(self, name: str) -> Path:
         """Where a file of this name is."""
+        from pathlib import Path  # takes as long to load as all of Logo's primitives
+
         return Path(self.prefix, name) if self.prefix else Path(name)
 
     def open(self, name: str, mode: str) -> None:

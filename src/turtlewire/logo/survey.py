@@ -106,8 +106,6 @@ class Words:
 
     def _add_call(self, key: str, following: Token | None) -> None:
         self.read.add(key)  # Logo's getters: a word may stand for the variable of its name
-        if key.startswith("set"):
-            self.given.add(key[3:])
         is_known = (
             following is not None and following.kind == VALUE and isinstance(following.value, str | Line)
         )

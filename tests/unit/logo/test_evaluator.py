@@ -176,7 +176,7 @@ class TestLimits:
             session.run("onlimit [print 1 repeat 1 [fd 1]]\nrepeat 1 [fd 10]")
         assert caught.value is second
         assert len(second.__notes__) == 1
-        assert session.interpreter.limit_handler is not None
+        assert session.interpreter.events.limit is not None
 
     def test_unless_the_handler_installs_another(self, make_session: Callable[..., Session]) -> None:
         session = make_session(BumpingTurtle(LimitReachedError(*LIMIT), LimitReachedError(*LIMIT)))
@@ -184,7 +184,7 @@ class TestLimits:
             session.run('onlimit [onlimit [print "two] fd 1 print "one]\nfd 10\nprint "on')
             == "two\none\non\n"
         )
-        assert session.interpreter.limit_handler is not None
+        assert session.interpreter.events.limit is not None
 
     def test_stop_in_the_handler_ends_the_interrupted_procedure(
         self, make_session: Callable[..., Session]

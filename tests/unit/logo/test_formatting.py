@@ -71,6 +71,11 @@ def test_twice_changes_nothing() -> None:
     assert formatted(AFTER) == AFTER
 
 
+def test_words_in_lists_begin_and_end_no_procedure() -> None:
+    text = "print [\n  to\n  end\n  to f\n]\nto f\n  print [to\n    be]\n  print 1 ~\n    end\nend\n"
+    assert formatted(text.replace("  ", "")) == text
+
+
 def test_what_cannot_be_read_is_an_error() -> None:
     with pytest.raises(LogoError, match="not found"):
         formatted("print [", "wrong.logo")

@@ -34,7 +34,7 @@ def _choice(emitter: Emitter, node: Call) -> Expr:
     if len(node.inputs) != 3:
         raise RefusedError("an if that may output nothing")
     condition = emitter.condition(node.inputs[0], node.name)
-    made = [_branch(emitter, emitter.line(each), node.name) for each in node.inputs[1:]]
+    made = [_branch(emitter, _single(emitter, each), node.name) for each in node.inputs[1:]]
     (first, then), (second, otherwise) = made
     if not first and not second:
         return py.either(condition, then, otherwise)
@@ -43,6 +43,14 @@ def _choice(emitter: Emitter, node: Call) -> Expr:
     second.append(py.assign(name, otherwise))
     emitter.body.append(py.when(condition, first, second))
     return py.name(name)
+
+
+def _single(emitter: Emitter, node: Node) -> Line:
+    """A list that stands for a value, in which there is one expression."""
+    line = emitter.line(node)
+    if len(emitter.survey.parse(line)) != 1:
+        raise RefusedError("a list of several instructions that stands for a value")
+    return line
 
 
 def _branch(emitter: Emitter, line: Line, wanted_by: str) -> tuple[list[Stmt], Expr]:
@@ -83,7 +91,7 @@ def _run(emitter: Emitter, node: Call, tail: bool) -> None:
 
 
 def _run_for_value(emitter: Emitter, node: Call) -> Expr:
-    return _result(emitter, emitter.line(node.inputs[0]), node.name)
+    return _result(emitter, _single(emitter, node.inputs[0]), node.name)
 
 
 def _ignore(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
@@ -224,16 +232,8 @@ def _for(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
             del emitter.names[key]
         else:
             emitter.names[key] = outer
-    if not _assigns(body, variable):
-        numbers = emitter.kept(py.call("numbers", start, end, step))
-        emitter.body += _watched(emitter, numbers, py.for_each(variable, numbers, body))
-        return
-    # The program changes the variable itself: it goes on from there.
-    step = emitter.kept(step)
-    emitter.body.append(py.assign(variable, start))
-    over = py.call("is_over", py.name(variable), end, step)
-    forward = py.at(emitter.site(node), py.call("stepped", py.name(variable), step))
-    emitter.body.append(py.forever([py.when(over, [ast.Break()]), *body, py.assign(variable, forward)]))
+    numbers = emitter.kept(py.call("numbers", start, end, step))
+    emitter.body += _watched(emitter, numbers, py.for_each(variable, numbers, body))
 
 
 def _limit(emitter: Emitter, node: Call, limit: Node) -> Expr:
@@ -243,15 +243,9 @@ def _limit(emitter: Emitter, node: Call, limit: Node) -> Expr:
     return py.at(emitter.site(node), py.call("number", value))  # type: ignore[no-any-return]
 
 
-def _assigns(body: list[Stmt], variable: str) -> bool:
-    return any(
-        isinstance(piece, ast.Name) and piece.id == variable and not isinstance(piece.ctx, ast.Load)
-        for statement in body
-        for piece in ast.walk(statement)
-    )
-
-
-def _repcount(emitter: Emitter, node: Call) -> Expr:  # noqa: ARG001
+def _repcount(emitter: Emitter, node: Call) -> Expr:
+    if node.primitive.name == "#":
+        raise RefusedError("it may ask for the number of a template")
     if not emitter.count:
         raise RefusedError("the REPEAT may be another procedure's")
     emitter.asked_count = True

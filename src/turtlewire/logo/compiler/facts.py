@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import UserProcedure
 from turtlewire.logo.reader import Line
-from turtlewire.logo.syntax import Call, Invocation, Literal, Node, OutputCall, Parser, Variable
+from turtlewire.logo.syntax import Call, Failure, Invocation, Literal, Node, OutputCall, Parser, Variable
 from turtlewire.logo.tokens import tokenize
 from turtlewire.logo.values import plain, to_text
 
@@ -116,7 +117,11 @@ class Survey:
 
     def parse(self, line: Line) -> list[Node]:
         """The instructions of a list, as they are understood now."""
-        return Parser(tokenize(line), self._logo.procedures, self._logo.remember).parse()
+        try:
+            tokens = tokenize(line)
+        except LogoError as error:
+            return [Failure(error, None)]
+        return Parser(tokens, self._logo.procedures, self._logo.remember).parse()
 
     def body(self, procedure: UserProcedure) -> list[Node]:
         """The instructions of a procedure."""

@@ -30,6 +30,9 @@ FAULTS: tuple[type[Exception], ...] = (
 )  # fmt: skip
 
 
+_THROWN = 35
+
+
 class Record:
     """A compiled function: its procedure, ``None`` for a line of the program, and its instructions that can fail."""
 
@@ -44,13 +47,25 @@ def innermost(
     records: dict[CodeType, Record], error: BaseException
 ) -> tuple[Record, Site, TracebackType] | None:
     """The compiled function that was running when this was raised, and at which instruction."""
-    trace, found = error.__traceback__, None
+    trace, found, outer = error.__traceback__, None, None
     while trace is not None:
         record = records.get(trace.tb_frame.f_code)
         if record is not None:
-            found = record, record.sites[trace.tb_lineno - 1], trace
+            outer, found = found, (record, record.sites[trace.tb_lineno - 1], trace)
         trace = trace.tb_next
-    return found
+    return outer if found is not None and _is_for_caller(error, found[0], found[1]) else found
+
+
+def _is_for_caller(error: BaseException, record: Record, site: Site) -> bool:
+    """Whether a procedure complains of what it was invoked with, by (THROW "ERROR text)."""
+    return (
+        isinstance(error, LogoError)
+        and error.number == _THROWN
+        and not error.is_placed
+        and record.procedure is not None
+        and isinstance(site.node, Call)
+        and site.node.primitive.name == "throw"
+    )
 
 
 def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Exception) -> Exception:

@@ -124,17 +124,6 @@ def _counted(current: Number, end: Number, step: Number) -> Iterator[Number]:
         current += step
 
 
-def is_over(current: Value, end: Number, step: Number) -> bool:
-    """Whether a FOR has come to its end."""
-    found = inputs.number(current)
-    return not (found <= end if step >= 0 else found >= end)
-
-
-def stepped(current: Value, step: Number) -> Number:
-    """The next number of a FOR whose variable the program may have changed."""
-    return inputs.number(current) + step
-
-
 def bounce(jump: Any, jumps: list[Any]) -> Value | None:
     """Do the calls that were left to the caller, one after the other; the value of the last."""
     result: Any = jump
@@ -207,8 +196,6 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
         "like": like,
         "direction": direction,
         "numbers": numbers,
-        "is_over": is_over,
-        "stepped": stepped,
         "bounce": bounce,
         "enter": logo.levels.enter,
         "enter_loop": enter_loop,

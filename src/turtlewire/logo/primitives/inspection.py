@@ -165,9 +165,10 @@ def definitions(logo: Interpreter, contents: Contents) -> str:
 def _titles(logo: Interpreter, contents: Contents) -> str:
     pieces = [printout.title(users(logo, name)) + "\n" for name in contents.procedures]
     pieces += [printout.variable_text(name, _value(logo, name)) for name in contents.variables]
-    pieces += [
-        printout.property_list_text(name, property_members(logo, name)) for name in contents.property_lists
-    ]
+    for name in contents.property_lists:
+        members = property_members(logo, name)
+        if members:
+            pieces.append(printout.property_list_text(name, members))
     return "".join(pieces)
 
 

@@ -1,0 +1,3 @@
+to lf
+print 1
+end

@@ -1,0 +1,259 @@
+"""What a program will do, without the robot: it is run on a simulated one of the same kind and speed first."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from turtlewire.deviation import Followed
+from turtlewire.errors import LimitReachedError, TurtlewireError
+from turtlewire.logo import Interpreter, Position
+from turtlewire.logo.keyboard import Keyboard
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turtlewire.configuration import Target
+    from turtlewire.connect import Robot
+    from turtlewire.simulator.world import World
+    from turtlewire.turtle import Pose
+
+# A program that goes on for longer than this, in seconds of the robot's time, is not looked at to its end.
+LONGEST_S = 7200.0
+# How often the robot's clock is looked at: every so many motions.
+LOOK = 50
+CHANCE, SENSORS, KEYBOARD = "uses chance", "asks the limit sensors", "reads the keyboard"
+
+
+class Extent(NamedTuple):
+    """The smallest upright rectangle around points, in millimetres, as the turtle sees it: home is 0, 0."""
+
+    left_mm: float
+    right_mm: float
+    bottom_mm: float
+    top_mm: float
+
+    def with_point(self, x_mm: float, y_mm: float) -> Extent:
+        """The rectangle that holds this point, too."""
+        return Extent(
+            min(self.left_mm, x_mm),
+            max(self.right_mm, x_mm),
+            min(self.bottom_mm, y_mm),
+            max(self.top_mm, y_mm),
+        )
+
+
+class Touch(NamedTuple):
+    """Where a robot meets a wall: its place then, as the turtle sees it, and the line of the program."""
+
+    x_mm: float
+    y_mm: float
+    line: int | None
+
+
+class Preview(NamedTuple):
+    """What a program would do.
+
+    Attributes:
+        way: the extent of all that the robot drives.
+        drawing: the extent of what it draws; None: nothing.
+        path_mm: how far it drives.
+        pen_down_mm: how much of that with its pen down.
+        seconds: how long it takes, in the robot's time.
+        is_whole: whether the program came to its end within ``LONGEST_S``.
+        has_arena: whether it is known what stands around the robot.
+        touch: where it meets something first; None: nowhere.
+        asks: why it may be otherwise each time: ``CHANCE``, ``SENSORS``, ``KEYBOARD``.
+        error: what ended the program, if anything did.
+        position: where in the program that was.
+    """
+
+    way: Extent
+    drawing: Extent | None
+    path_mm: float
+    pen_down_mm: float
+    seconds: float
+    is_whole: bool
+    has_arena: bool
+    touch: Touch | None
+    asks: tuple[str, ...]
+    error: TurtlewireError | None
+    position: Position | None
+
+
+def preview(
+    target: Target, source: str, name: str, *, seed: int = 0, step_mm: float = 1.0, arena: str | None = None
+) -> Preview:
+    """Run a program on a simulated robot like the target, in virtual time.
+
+    What the program prints is dropped, and nobody types what it reads.
+
+    Args:
+        target: the robot that it is meant for.
+        source: the program.
+        name: its file name.
+        seed: of RANDOM, and of the simulated robot's slip and noise.
+        step_mm: the length of a Logo step.
+        arena: an arena file, for a robot whose surroundings are not known otherwise.
+
+    Raises ``UsageError`` or ``DataError`` for a target or an arena that means nothing.
+    """
+    from turtlewire.connect import connect
+    from turtlewire.simulated import simulated
+
+    like = twin(target, seed, arena)
+    world: World = simulated(like).robot.settings.world
+    radius_mm: float = simulated(like).robot.settings.radius_mm
+    chance = _Chance(seed)
+    with connect(like, notify=lambda _text: None) as robot:
+        began_s = robot.statistics.seconds
+        watched = _Watched(robot, world, radius_mm)
+        logo = Interpreter(watched, lambda _text: None, chance, step_mm)
+        keyboard = logo.streams.keyboard = _NoKeyboard()
+        watched.position = lambda: logo.position
+        error: TurtlewireError | None = None
+        is_whole = True
+        try:
+            logo.run(source, name)
+            robot.finish()
+        except _TooLongError:
+            is_whole = False
+        except TurtlewireError as caught:
+            error = caught
+            if isinstance(caught, LimitReachedError):
+                watched.touched(caught.x_mm, caught.y_mm)
+        seconds = robot.statistics.seconds - began_s
+        robot.stop()
+    asked = {CHANCE: chance.was_asked, SENSORS: watched.asks_sensors, KEYBOARD: keyboard.was_asked}
+    return Preview(
+        watched.way,
+        watched.drawing,
+        watched.path_mm,
+        watched.pen_down_mm,
+        seconds,
+        is_whole,
+        not world.is_empty,
+        watched.touch,
+        tuple(reason for reason, has in asked.items() if has),
+        error,
+        (getattr(error, "position", None) or logo.position) if error is not None else None,
+    )
+
+
+def twin(target: Target, seed: int = 0, arena: str | None = None) -> Target:
+    """A simulated robot that is driven as this one, and as fast. Raises ``UsageError`` for wrong settings."""
+    simulation: dict[str, Any] = {"seed": str(seed), **target.simulation, "pace": "max"}
+    overrides = dict(target.overrides)
+    if not target.is_simulated:
+        settings = target.settings()
+        if target.protocol == "walter":
+            # It is as its driver believes it to be: also as far off.
+            for each in ("mm_per_s_per_unit", "deg_per_s_per_unit", "distance_scale", "turn_scale"):
+                simulation[each] = str(getattr(settings, each))
+            groups = overrides.get("groups")
+            if groups is not None:
+                simulation["groups"] = "".join(sorted(groups))
+        # The others are timed by their drivers, who know how fast they are; what they say besides takes no time.
+        for each in ("baud", "boot_s", "dialect", "odometry_s"):
+            overrides.pop(each, None)
+    if arena is not None:
+        simulation["arena"] = arena
+    return target._replace(
+        port=f"sim:{target.protocol}", simulation=simulation, overrides=overrides, faults=None
+    )
+
+
+class _TooLongError(Exception):
+    """The program goes on and on; no CATCH of Logo's sees this."""
+
+
+class _Chance(random.Random):
+    """A generator that knows whether it was asked."""
+
+    was_asked = False
+
+    def random(self) -> float:
+        self.was_asked = True
+        return super().random()
+
+    def getrandbits(self, k: int, /) -> int:
+        self.was_asked = True
+        return super().getrandbits(k)
+
+
+class _NoKeyboard(Keyboard):
+    """Nobody types; it knows whether it was asked."""
+
+    def __init__(self) -> None:
+        super().__init__(self._read)
+        self.was_asked = False
+
+    def _read(self) -> str:
+        self.was_asked = True
+        return ""
+
+    def has_key(self) -> bool:
+        self.was_asked = True
+        return False
+
+
+class _Watched(Followed):
+    """A turtle whose way is measured, whatever sheet it is on."""
+
+    def __init__(self, robot: Robot, world: World, radius_mm: float) -> None:
+        super().__init__(robot)
+        self._robot = robot
+        self._world = world
+        self._radius_mm = radius_mm
+        self._origin = robot.trace.pose
+        self._motions = 0
+        self.way = Extent(0.0, 0.0, 0.0, 0.0)
+        self.drawing: Extent | None = None
+        self.path_mm = self.pen_down_mm = 0.0
+        self.touch: Touch | None = None
+        self.asks_sensors = False
+        self.position: Callable[[], Position | None] = lambda: None
+
+    def set_step_by_step(self, on: bool) -> None:
+        """ONLIMIT."""
+        self.asks_sensors = self.asks_sensors or on
+        super().set_step_by_step(on)
+
+    def touched(self, x_mm: float, y_mm: float) -> None:
+        """The robot has met a wall there; the first one counts."""
+        if self.touch is None:
+            position = self.position()
+            self.touch = Touch(x_mm, y_mm, position.line if position is not None else None)
+
+    def _follow(self) -> None:
+        before = self.ideal.pose
+        super()._follow()
+        after = self.ideal.pose
+        length_mm = before.distance_to(after.x_mm, after.y_mm)
+        self._motions += 1
+        if self._motions % LOOK == 0 and self._robot.statistics.seconds > LONGEST_S:
+            raise _TooLongError
+        if not length_mm:
+            return
+        self.path_mm += length_mm
+        self.way = self.way.with_point(after.x_mm, after.y_mm)
+        if self.is_pen_down:
+            self.pen_down_mm += length_mm
+            drawing = self.drawing or Extent(before.x_mm, before.x_mm, before.y_mm, before.y_mm)
+            self.drawing = drawing.with_point(before.x_mm, before.y_mm).with_point(after.x_mm, after.y_mm)
+        if self.touch is None and not self._world.is_empty:
+            self._look(before, after, length_mm)
+
+    def _look(self, before: Pose, after: Pose, length_mm: float) -> None:
+        """Whether something stands in the way of this motion."""
+        # The turtle's home is where the robot stood, and looks where that looked.
+        turned = math.radians(self._origin.heading_deg)
+        sine, cosine = math.sin(turned), math.cos(turned)
+        x = self._origin.x_mm + before.x_mm * cosine + before.y_mm * sine
+        y = self._origin.y_mm - before.x_mm * sine + before.y_mm * cosine
+        dx, dy = (after.x_mm - before.x_mm) / length_mm, (after.y_mm - before.y_mm) / length_mm
+        direction = (dx * cosine + dy * sine, dy * cosine - dx * sine)
+        contact = self._world.contact(x, y, direction, length_mm, self._radius_mm)
+        if contact is not None:
+            self.touched(before.x_mm + dx * contact.distance_mm, before.y_mm + dy * contact.distance_mm)
