@@ -43,7 +43,7 @@ class Result(NamedTuple):
     cpu_s: float
 
 
-def timed(command: list[str], **more: str) -> Result | None:
+def timed(command: list[str]) -> Result | None:
     """Run a command; ``None`` if it failed, or did not end."""
     with tempfile.TemporaryFile("w+") as output:
         process = subprocess.Popen(
@@ -51,7 +51,7 @@ def timed(command: list[str], **more: str) -> Result | None:
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, **more},
+            env={name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"},
         )
         deadline = time.monotonic() + PATIENCE_S
         while True:
@@ -72,7 +72,7 @@ def timed(command: list[str], **more: str) -> Result | None:
 
 def ours(program: Path) -> Result | None:
     """``turtlewire logo PROGRAM``."""
-    return timed([sys.executable, "-m", "turtlewire", "logo", str(program)])
+    return timed([str(Path(sys.executable).with_name("turtlewire")), "logo", str(program)])
 
 
 def ucblogo(program: Path) -> Result | None:
@@ -111,7 +111,7 @@ def compare() -> None:
     )
     for program in sorted(PROGRAMS.glob("*.logo")):
         mine = best([ours(program) for _ in range(RUNS)])
-        theirs = best([ucblogo(program) for _ in range(RUNS if program.stem != "depth" else 1)])
+        theirs = best([ucblogo(program) for _ in range(RUNS)]) if program.stem != "depth" else None
         slow = best([py3logo(program)]) if has_py3logo else None
         assert mine is not None, f"{program.stem} does not run"
         other = f"{slow.cpu_s:9.2f}" if slow is not None and slow.printed == mine.printed else f"{'-':>9}"

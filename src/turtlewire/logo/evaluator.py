@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, StoppedError, TurtlewireError
 from turtlewire.logo import blame, erract, errors, tags, tracing
-from turtlewire.logo.compiler import FAULTS, Compiler
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.events import Events, handle_limit
 from turtlewire.logo.marks import Marks
@@ -64,6 +63,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from types import FrameType
 
+    from turtlewire.logo.compiler import Compiler
     from turtlewire.turtle import Turtle
 
 MAX_DEPTH = 30_000  # procedures within procedures; deeper is a program that never ends
@@ -129,7 +129,8 @@ class Interpreter:
         self._is_traced = False  # whether the running procedure is: then nothing takes its place
         self.levels = Progress()
         self.streams = Streams(self)
-        self.compiler = Compiler(self, is_used=compiles)
+        self._compiles = compiles
+        self._compiler: Compiler | None = None
 
     # --- running programs -------------------------------------------------------------------------------------
 
@@ -640,7 +641,7 @@ class Interpreter:
             if count == 3:
                 return function(inputs[0], inputs[1], inputs[2])
             return function(*inputs)
-        except FAULTS as fault:
+        except Exception as fault:
             error = self.compiler.translated(fault)
             if error is fault:
                 raise
@@ -654,7 +655,21 @@ class Interpreter:
     @epoch.setter
     def epoch(self, epoch: int) -> None:
         self._epoch = epoch
-        self.compiler.forget()
+        if self._compiler is not None:
+            self._compiler.forget()
+
+    @property
+    def compiler(self) -> Compiler:
+        """What makes Python functions of procedures; loaded when there is something to compile."""
+        if self._compiler is None:
+            from turtlewire.logo.compiler import Compiler
+
+            self._compiler = Compiler(self, is_used=self._compiles)
+        return self._compiler
+
+    @compiler.setter
+    def compiler(self, compiler: Compiler) -> None:
+        self._compiler = compiler
 
     def is_watched(self, procedure: UserProcedure) -> bool:
         """Whether somebody wants to see each instruction of a procedure, or its calls, or a variable."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.errors import TurtlewireError
-from turtlewire.logo.compiler import Compiler
 from turtlewire.logo.errors import LogoError, stack_overflow
 from turtlewire.logo.evaluator import Interpreter
 from turtlewire.logo.events import stopped
@@ -41,6 +40,8 @@ def speak(logo: Interpreter) -> None:
     if handler is None:
         return
     speaker = _Speaker(logo)
+    from turtlewire.logo.compiler import Compiler
+
     turtles, turtle, compiler = logo.turtles, logo.turtle, logo.compiler
     logo.turtles = stopped(turtles)
     logo.turtle = logo.turtles.as_one(turtles.told)

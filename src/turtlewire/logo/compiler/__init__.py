@@ -15,7 +15,7 @@ from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifi
 from turtlewire.logo.compiler.ending import ProcedureEnding
 from turtlewire.logo.compiler.facts import Survey, local_names
 from turtlewire.logo.compiler.fast import FAST
-from turtlewire.logo.compiler.faults import FAULTS, Record, innermost, translated
+from turtlewire.logo.compiler.faults import Record, innermost, translated
 from turtlewire.logo.compiler.runtime import helpers
 from turtlewire.logo.procedures import Primitive, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from turtlewire.logo.tokens import Place
     from turtlewire.logo.values import List, Value
 
-__all__ = ["FAULTS", "Compiler"]
+__all__ = ["Compiler"]
 
 _LOOPS = frozenset(
     (

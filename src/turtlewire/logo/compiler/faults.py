@@ -70,7 +70,7 @@ def _is_for_caller(error: BaseException, record: Record, site: Site) -> bool:
 
 def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Exception) -> Exception:
     """The error that is to be raised in place of a fault; the fault itself when it is one of turtlewire's own."""
-    found = innermost(records, fault)
+    found = innermost(records, fault) if isinstance(fault, FAULTS) else None
     if found is None:
         return fault
     record, site, trace = found
