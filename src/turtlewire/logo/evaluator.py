@@ -15,6 +15,7 @@ from turtlewire.errors import LimitReachedError, StoppedError, TurtlewireError
 from turtlewire.logo import blame, erract, errors, tags, tracing
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.events import Events, handle_limit
+from turtlewire.logo.library import VARIABLES
 from turtlewire.logo.marks import Marks
 from turtlewire.logo.primitives import PRIMITIVES
 from turtlewire.logo.procedures import (
@@ -98,13 +99,15 @@ class Interpreter:
         self.write = write
         self.random = random
         self.step_mm = step_mm
+        self.primitives = PRIMITIVES
         self.procedures: dict[str, Primitive | UserProcedure] = dict(PRIMITIVES)
-        self.variables: dict[str, Value] = {}
+        self.variables: dict[str, Value] = dict(VARIABLES)
         # The lists of programs, and others that were run, by their first cell: how each was read, and its code.
         self._lines: dict[int, tuple[List, Line]] = {}
         self.lists_change = False  # whether a program has changed a list: it may no longer be what was read
         self.property_lists: dict[str, dict[str, tuple[Value, Value]]] = {}  # names as given, and values
         self.marks = Marks()
+        self.marks.buried.variables.update(VARIABLES)
         self._epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
         self.procedure: UserProcedure | None = None
         self.test: bool | None = None

@@ -11,6 +11,7 @@ from turtlewire.logo.errors import (
     not_enough_inputs,
     unknown_procedure,
 )
+from turtlewire.logo.library import LIBRARY
 from turtlewire.logo.procedures import BadInputError, OptionalInput, Primitive, UserProcedure
 from turtlewire.logo.reader import Line, value_of
 from turtlewire.logo.tokens import PRECEDENCE
@@ -100,7 +101,12 @@ def _take_over(procedure: UserProcedure, fresh: UserProcedure) -> None:
 
 
 def may_redefine(logo: Interpreter, name: str) -> bool:
-    """Whether a primitive can be given another meaning: while REDEFP is true, unless the parser relies on it."""
+    """Whether a primitive can be given another meaning.
+
+    Those of the library can at any time, others while REDEFP is true, unless the parser relies on them.
+    """
+    if name in LIBRARY:
+        return True
     setting = logo.variables.get("redefp")
     return isinstance(setting, str) and setting.lower() == TRUE and name not in _KEPT
 

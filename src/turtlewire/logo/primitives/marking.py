@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import is_primitive
+from turtlewire.logo.library import LIBRARY
 from turtlewire.logo.marks import Contents
 from turtlewire.logo.primitives.inputs import answer
 from turtlewire.logo.primitives.inspection import all_contents, contents_of, names_input
-from turtlewire.logo.procedures import BadInputError, Chapter, Primitive
+from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
 from turtlewire.logo.workspace import may_redefine
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def _erase(logo: Interpreter, contents: Contents) -> None:
         else:
             procedure.is_erased = True
         del logo.procedures[name]
+        if name in LIBRARY and isinstance(procedure, UserProcedure):
+            logo.procedures[name] = logo.primitives[name]
         logo.marks.buried.procedures.discard(name)
         logo.epoch += 1
     for name in contents.variables:
