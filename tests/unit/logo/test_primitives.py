@@ -160,7 +160,7 @@ def test_outputs(session: Session, program: str, output: str) -> None:
 @pytest.mark.parametrize(
     ("program", "text"),
     [
-        ("print map [print ?] [1]", "[print ?] didn't output to map"),
+        ("print map [print ?] [1]", "print didn't output to map"),
         ('print map "pr [1]', "pr didn't output to map"),
         ('apply "foo []', "I don't know how to foo"),
         ('apply "sin []', "not enough inputs to sin"),

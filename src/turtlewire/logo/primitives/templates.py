@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from turtlewire.logo.errors import did_not_output, unknown_procedure
 from turtlewire.logo.primitives.inputs import items, natural, text, truth
 from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter, Result
+from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.templates import Template, applied, put_back, template
 from turtlewire.logo.values import NIL, VALUE_TYPES, Value, make_list, members_of, show, word
 
@@ -24,8 +25,9 @@ def _value(logo: Interpreter, found: Template, inputs: list[Value], given: Value
     """What a template outputs; ``given`` is the template as the tool was given it."""
     result = applied(logo, found, inputs)
     if type(result) not in VALUE_TYPES:
-        shown = given if isinstance(given, list) else text(given)
-        raise did_not_output(show(shown), tool)
+        last = logo.parsed(given).last if isinstance(given, list) else None
+        name = last.name if isinstance(last, Call | Invocation) else show(given)
+        raise did_not_output(name, tool)
     return result  # type: ignore[return-value]
 
 
