@@ -207,6 +207,25 @@ def test_w8_whoever_ends_it_stops_the_robot(prompt: Callable[..., Prompt], cli: 
     assert at.ended() == 130
 
 
+def test_a_link_that_is_lost(prompt: Callable[..., Prompt], cli: Cli) -> None:
+    robot = cli.simulate("--listen", "socket://127.0.0.1:0", speed="1")
+    url = robot.url
+    at = prompt("--port", url)
+    at.screen.press("fd 5000\r")
+    robot.wait_for_action("started forward")
+    robot.clean_up()
+    at.wait_for_prompt()
+    assert "turtlewire: the link to socket://" in at.screen.shown
+    assert at.enter("print [still here]") == ["still here"]
+    robot = cli.simulate("--listen", url, speed="1")
+    at.screen.wait_for("was reached again")
+    at.wait_for_prompt()
+    assert not any(action.startswith("started") for action in robot.actions)
+    at.enter("fd 2")
+    robot.wait_for_action("started forward")
+    assert "the link is back" in at.screen.shown
+
+
 def test_an_error_of_the_robot_ends_no_session(prompt: Callable[..., Prompt]) -> None:
     at = prompt("--port", "sim:walter?groups=CQ", "--set", "groups=CQ")
     assert "has no horn" in " ".join(at.enter("hornhi"))
@@ -215,8 +234,8 @@ def test_an_error_of_the_robot_ends_no_session(prompt: Callable[..., Prompt]) ->
 
 def test_the_keyboard_and_files_of_a_program(prompt: Callable[..., Prompt]) -> None:
     at = prompt()
-    at.screen.press('make "name readlist print :name\r')
-    wait_until(lambda: at.last_lines(1) == ['? make "name readlist print :name'], "it to be entered")
+    at.screen.press('print "who? make "name readlist print :name\r')
+    at.screen.wait_for("\nwho?")  # before that, what is typed is typed at the prompt
     at.screen.press("Ada Lovelace\r")
     wait_until(lambda: at.last_lines(2) == ["Ada Lovelace", "?"], f"the answer on\n{at.screen.shown}")
     at.enter('openwrite "notes setwrite "notes')

@@ -105,6 +105,7 @@ class _Prompt:
         """
         failed = True
         try:
+            self._signals.renew()
             while self._goes_on():
                 pass
             failed = False
@@ -114,17 +115,25 @@ class _Prompt:
     def _goes_on(self) -> bool:
         """Take a turn, from which Ctrl-C comes back; whether there is to be another."""
         try:
-            self._turn()
+            try:
+                self._turn()
+            except Interrupted as interrupted:
+                self._come_back(interrupted)
         except (EOFError, _Left):
             return False
-        except Interrupted as interrupted:
-            if str(interrupted) != "SIGINT":
-                raise
-            self._stop()
-            output.write("\nstopped\n")
-            self._line_is_open = False
-            self._signals.renew()
+        except Interrupted as again:  # before the first one was dealt with
+            self._come_back(again)
         return True
+
+    def _come_back(self, interrupted: Interrupted) -> None:
+        """After Ctrl-C: stop the robot, undisturbed. Raises ``Interrupted`` for any other signal."""
+        self._signals.hold()
+        if str(interrupted) != "SIGINT":
+            raise interrupted
+        self._stop()
+        output.write("\nstopped\n")
+        self._line_is_open = False
+        self._signals.renew()
 
     def _turn(self) -> None:
         """Ask for an instruction and carry it out. Raises ``EOFError`` when somebody leaves."""
@@ -158,7 +167,8 @@ class _Prompt:
                 robot.resume()
                 output.tell("turtlewire: the link is back; the robot goes on from where it was stopped")
             self._logo.run(text, marking.INPUT, keeps_files=True)
-            self._logo.turtle.finish()
+            if robot is None or robot.link_state == "connected":
+                self._logo.turtle.finish()
         except LogoError as error:
             self._stop()
             self._end_line()

@@ -32,6 +32,7 @@ class Signals:
     def __init__(self) -> None:
         self.received = ""
         self._later: list[str] = []
+        self._acts_always = False
         self._act: Callable[[], object] = self._raise
         self._before: dict[signal.Signals, Any] = {}
 
@@ -55,22 +56,25 @@ class Signals:
     def hold(self) -> None:
         """From now on signals are only noted: the way out has begun."""
         self._act = lambda: None
+        self._acts_always = False
 
     def renew(self) -> None:
-        """The signal that came has been dealt with: the next one counts again.
+        """What came has been dealt with: from now on every signal raises ``Interrupted``, not only the first.
 
-        Raises ``Interrupted`` if meanwhile another one came that asks this program to end: not Ctrl-C once more.
+        (An exception that comes while Python tidies up is lost, and whoever is in a loop then presses Ctrl-C again.)
+        Raises ``Interrupted`` if during ``hold`` a signal came that asks this program to end: not Ctrl-C once more.
         """
         later, self._later, self.received = self._later, [], ""
+        self._act, self._acts_always = self._raise, True
         for name in later:
             if name != "SIGINT":
                 self.received = name
-                self._act()
+                self._raise()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         del frame
         name = signal.Signals(number).name
-        if self.received:
+        if self.received and not self._acts_always:
             self._later.append(name)
         else:
             self.received = name

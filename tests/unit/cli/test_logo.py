@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from turtlewire import picture
 from turtlewire.cli.main import main
 from turtlewire.logo.formatting import formatted
 
@@ -118,6 +119,8 @@ def test_what_moves_is_all_within_the_media_query() -> None:
     assert lengths[0.0] / (begins[-1][0] + begins[-1][1]) == pytest.approx(
         30 / (30 + 20 + 10 + 42.43), abs=0.01
     )
+    # What knows no animation draws the still one: the turtle on its way is hidden.
+    assert picture.png(moving) == picture.png(still)
     # Without the style sheet and what it speaks of, it is the still one.
     plain = re.sub(r'<style>.*</style>\n|<g id="moving".*?</g>\n', "", moving, flags=re.DOTALL)
     plain = re.sub(r' (?:class|style|pathLength)="[^"]*"', "", plain)
