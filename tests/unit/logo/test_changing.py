@@ -43,6 +43,22 @@ f
     assert session.run(program) == "1\n2\n2\n2\n2\n2\n"
 
 
+def test_a_changed_list_is_not_taken_for_what_was_read_though_nobody_ran_it_in_between(
+    session: Session,
+) -> None:
+    program = """to f
+  localmake "l [[print 1] print 1]
+  run first :l
+  run butfirst :l
+  .setfirst first :l "show
+  .setbf butfirst :l [2 print 3]
+end
+f
+f
+"""
+    assert session.run(program) == "1\n1\n1\n2\n3\n"
+
+
 def test_the_members_of_a_changed_list_run_as_they_were_read(session: Session) -> None:
     program = 'make "l [[print 1] [print 2]]\n.setfirst :l [print 3]\nforeach :l [run ?]\n.setbf :l []\nrun first :l'
     assert session.run(program) == "3\n2\n3\n"

@@ -93,18 +93,18 @@ def test_a_key_at_a_terminal_is_read_as_soon_as_it_is_pressed(tmp_path: Path) ->
 
 
 def test_text_is_unicode_and_positions_are_bytes(session: Session, tmp_path: Path) -> None:
-    session.run('openwrite "f setwrite "f print "Grüße print "日本 close "f')
-    assert (tmp_path / "f").read_text("utf-8") == "Grüße\n日本\n"
+    session.run('openwrite "f setwrite "f print "Grüße print "日本🐢 close "f')
+    assert (tmp_path / "f").read_text("utf-8") == "Grüße\n日本🐢\n"
     program = (
         'openread "f setread "f show readchars 4 show readpos show readword show readchar show readchar'
-        " show readchar show readchar"
+        " show readchar show readchar show readchar"
     )
-    assert session.run(program) == "Grüß\n6\ne\n日\n本\n\n\n[]\n"
+    assert session.run(program) == "Grüß\n6\ne\n日\n本\n🐢\n\n\n[]\n"
 
 
 def test_marks_and_line_ends_of_windows_are_no_text(session: Session, tmp_path: Path) -> None:
     (tmp_path / "f").write_bytes(b"\xef\xbb\xbfa b\r\nc\r\n")
-    assert session.run('openread "f setread "f show count readlist show count readrawline') == "2\n1\n"
+    assert session.run('openread "f setread "f show readlist show count readrawline') == "[a b]\n1\n"
 
 
 @pytest.mark.parametrize(
