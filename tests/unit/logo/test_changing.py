@@ -50,13 +50,13 @@ def test_a_changed_list_is_not_taken_for_what_was_read_though_nobody_ran_it_in_b
   localmake "l [[print 1] print 1]
   run first :l
   run butfirst :l
-  .setfirst first :l "show
+  .setfirst butfirst first :l 7
   .setbf butfirst :l [2 print 3]
 end
 f
 f
 """
-    assert session.run(program) == "1\n1\n1\n2\n3\n"
+    assert session.run(program) == "1\n1\n7\n2\n3\n"
 
 
 def test_the_members_of_a_changed_list_run_as_they_were_read(session: Session) -> None:
