@@ -71,7 +71,7 @@ struct Machine {
 
 Machine machine;
 turtlewire::frame::Robot<Dialect, Machine> robot(machine);
-turtlewire::frame::Sender<Dialect> sender;
+turtlewire::frame::Sender<Dialect, Status::SIZE> sender;
 uint32_t told_ms = 0;
 bool is_testing = true;
 

@@ -25,10 +25,39 @@ constexpr uint8_t CRC_INIT = 0x00;
 constexpr uint8_t CRC_XOROUT = 0x00;
 constexpr uint8_t CRC_FIRST = 0;
 
+inline uint8_t crc8_bit(uint8_t crc) {
+  return static_cast<uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ CRC_POLY : crc << 1U);
+}
+
 inline uint8_t crc8_step(uint8_t crc, uint8_t byte) {
   crc = static_cast<uint8_t>(crc ^ byte);
   for (uint8_t bit = 0; bit < 8; ++bit) {
-    crc = static_cast<uint8_t>((crc & 0x80U) != 0 ? (crc << 1U) ^ CRC_POLY : crc << 1U);
+    crc = crc8_bit(crc);
+  }
+  return crc;
+}
+
+// The product of two polynomials, the remainder of it.
+inline uint8_t crc8_times(uint8_t one, uint8_t other) {
+  uint8_t product = 0;
+  for (uint8_t bit = 0; bit < 8; ++bit) {
+    product = crc8_bit(product);
+    if ((other & 0x80U) != 0) {
+      product = static_cast<uint8_t>(product ^ one);
+    }
+    other = static_cast<uint8_t>(other << 1U);
+  }
+  return product;
+}
+
+// What at most 127 zero bytes make of a CRC: so many times x^8, by the binary digits of the number.
+inline uint8_t crc8_zeros(uint8_t crc, uint8_t count) {
+  static const uint8_t POWERS[] = {0x07, 0x15, 0x16, 0x13, 0x02, 0x04, 0x10};
+  for (const uint8_t* power = POWERS; count != 0; ++power) {
+    if ((count & 1U) != 0) {
+      crc = crc8_times(crc, *power);
+    }
+    count = static_cast<uint8_t>(count >> 1U);
   }
   return crc;
 }
@@ -40,6 +69,15 @@ inline uint8_t frame_crc(const uint8_t* frame, uint8_t size) {
     crc = crc8_step(crc, frame[at]);
   }
   return static_cast<uint8_t>(crc ^ CRC_XOROUT);
+}
+
+// Whether a frame's CRC is right, by crc8_step() of all that came before each of its bytes, from any beginning on: what
+// came before the frame follows it as zeros, and falls out.
+inline bool is_right_frame(const uint8_t* frame, const uint8_t* crcs) {
+  const auto end = static_cast<uint8_t>(FRAME_HEADER + frame[2]);
+  const auto before = static_cast<uint8_t>(crcs[CRC_FIRST] ^ CRC_INIT);
+  const auto zeros = static_cast<uint8_t>(end - CRC_FIRST);
+  return (crcs[end] ^ crc8_zeros(before, zeros) ^ CRC_XOROUT) == frame[end];
 }
 
 // Makes a frame of a payload that stands at frame + FRAME_HEADER already. Returns the frame's size.
@@ -222,7 +260,8 @@ inline uint8_t telemetry_size(uint8_t type) {
 // The dialect as turtlewire's parser wants it: frame::Robot<Dialect, Handler>, frame::Sender<Dialect>.
 struct Dialect {
   static uint8_t size(uint8_t type) { return command_size(type); }
-  static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }
+  static uint8_t step(uint8_t crc, uint8_t byte) { return crc8_step(crc, byte); }
+  static bool is_right(const uint8_t* frame, const uint8_t* crcs) { return is_right_frame(frame, crcs); }
   static uint8_t finish(uint8_t* frame, uint8_t seq, uint8_t size) { return finish_frame(frame, seq, size); }
 
   // Hands one message, all of whose bytes are there, to handler.message(); false: it breaks its restriction.

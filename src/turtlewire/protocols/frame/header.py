@@ -14,6 +14,7 @@ from turtlewire.protocols.frame.message import HEADER, MAGIC, MAX_FRAME, MAX_PAY
 from turtlewire.protocols.message import KINDS, Field
 
 if TYPE_CHECKING:
+    from turtlewire.protocols.checksums import Algorithm
     from turtlewire.protocols.frame.dialect import Dialect, Entry
     from turtlewire.protocols.message import AnyField
 
@@ -28,10 +29,39 @@ TYPES = {
 }
 
 FIXED = """\
+inline uint8_t crc8_bit(uint8_t crc) {
+  return static_cast<uint8_t>((crc & 0x@top@U) != 0 ? (crc @shift@ 1U) ^ CRC_POLY : crc @shift@ 1U);
+}
+
 inline uint8_t crc8_step(uint8_t crc, uint8_t byte) {
   crc = static_cast<uint8_t>(crc ^ byte);
   for (uint8_t bit = 0; bit < 8; ++bit) {
-    crc = static_cast<uint8_t>((crc & 0x@top@U) != 0 ? (crc @shift@ 1U) ^ CRC_POLY : crc @shift@ 1U);
+    crc = crc8_bit(crc);
+  }
+  return crc;
+}
+
+// The product of two polynomials, the remainder of it.
+inline uint8_t crc8_times(uint8_t one, uint8_t other) {
+  uint8_t product = 0;
+  for (uint8_t bit = 0; bit < 8; ++bit) {
+    product = crc8_bit(product);
+    if ((other & 0x@top@U) != 0) {
+      product = static_cast<uint8_t>(product ^ one);
+    }
+    other = static_cast<uint8_t>(other @shift@ 1U);
+  }
+  return product;
+}
+
+// What at most 127 zero bytes make of a CRC: so many times x^8, by the binary digits of the number.
+inline uint8_t crc8_zeros(uint8_t crc, uint8_t count) {
+  static const uint8_t POWERS[] = {@powers@};
+  for (const uint8_t* power = POWERS; count != 0; ++power) {
+    if ((count & 1U) != 0) {
+      crc = crc8_times(crc, *power);
+    }
+    count = static_cast<uint8_t>(count >> 1U);
   }
   return crc;
 }
@@ -43,6 +73,15 @@ inline uint8_t frame_crc(const uint8_t* frame, uint8_t size) {
     crc = crc8_step(crc, frame[at]);
   }
   return static_cast<uint8_t>(crc ^ CRC_XOROUT);
+}
+
+// Whether a frame's CRC is right, by crc8_step() of all that came before each of its bytes, from any beginning on: what
+// came before the frame follows it as zeros, and falls out.
+inline bool is_right_frame(const uint8_t* frame, const uint8_t* crcs) {
+  const auto end = static_cast<uint8_t>(FRAME_HEADER + frame[2]);
+  const auto before = static_cast<uint8_t>(crcs[CRC_FIRST] ^ CRC_INIT);
+  const auto zeros = static_cast<uint8_t>(end - CRC_FIRST);
+  return (crcs[end] ^ crc8_zeros(before, zeros) ^ CRC_XOROUT) == frame[end];
 }
 
 // Makes a frame of a payload that stands at frame + FRAME_HEADER already. Returns the frame's size.
@@ -161,9 +200,9 @@ def header(dialect: Dialect) -> str:
         f"constexpr uint8_t CRC_XOROUT = 0x{made.xorout:02X};",
         f"constexpr uint8_t CRC_FIRST = {checksum.coverage.first};",
         "",
-        FIXED.replace("@top@", "01" if made.reflected else "80").replace(
-            "@shift@", ">>" if made.reflected else "<<"
-        ),
+        FIXED.replace("@top@", "01" if made.reflected else "80")
+        .replace("@shift@", ">>" if made.reflected else "<<")
+        .replace("@powers@", ", ".join(f"0x{power:02X}" for power in _powers(made))),
     ]
     kinds = {field.kind for entry in dialect.entries for field in entry.message_type.FIELDS}
     out += [functions for users, functions in NUMBERS if kinds & users]
@@ -189,6 +228,18 @@ def _comment(text: str) -> str:
 
 def _reversed(byte: int) -> int:
     return int(f"{byte:08b}"[::-1], 2)
+
+
+def _powers(made: Algorithm) -> list[int]:
+    """Powers of x, as the register has them: 8, 16, 32 .. 512."""
+    found, power = [], 1
+    for exponent in range(1, 513):
+        power <<= 1
+        if power > 0xFF:
+            power ^= 0x100 | made.poly
+        if exponent >= 8 and exponent.bit_count() == 1:
+            found.append(_reversed(power) if made.reflected else power)
+    return found
 
 
 def _whole(value: int) -> str:
@@ -290,7 +341,8 @@ def _traits(dialect: Dialect) -> list[str]:
         "// The dialect as turtlewire's parser wants it: frame::Robot<Dialect, Handler>, frame::Sender<Dialect>.",
         "struct Dialect {",
         f"  static uint8_t size{size}",
-        "  static uint8_t crc(const uint8_t* frame, uint8_t size) { return frame_crc(frame, size); }",
+        "  static uint8_t step(uint8_t crc, uint8_t byte) { return crc8_step(crc, byte); }",
+        "  static bool is_right(const uint8_t* frame, const uint8_t* crcs) { return is_right_frame(frame, crcs); }",
         "  static uint8_t finish(uint8_t* frame, uint8_t seq, uint8_t size) { return finish_frame(frame, seq, size); }",
     ]
     if not commands:
