@@ -134,6 +134,19 @@ def test_ctrl_c_ends_a_tight_loop_and_leaves_the_workspace(prompt: Callable[...,
     assert at.process.poll() is None
 
 
+def test_a_signal_from_elsewhere_at_the_prompt(prompt: Callable[..., Prompt]) -> None:
+    at = prompt()
+    at.screen.press("half a li")
+    at.screen.wait_for("half a li")
+    at.process.send_signal(signal.SIGINT)
+    wait_until(lambda: at.last_lines(2) == ["stopped", "?"], f"the prompt on\n{at.screen.shown}")
+    assert at.enter("print [and on]") == ["and on"]
+    at.screen.press("print :un" + TAB + "\x1b[D" * 3 + CTRL_C)
+    at.wait_for_prompt()
+    at.screen.press(CTRL_D)
+    assert at.ended() == 0
+
+
 def test_completion_and_history(prompt: Callable[..., Prompt]) -> None:
     at = prompt()
     at.enter('make "circumference 12', "to hexagon", "repeat 6 [fd 10 rt 60]", "end")
