@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 from turtlewire.cli import output
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
     from typing import Self
 
     from rich.console import RenderableType
     from rich.progress import Progress
 
     from turtlewire.connect import Robot
+
+
+_LINE_TAKEN_BACK = "\r\x1b[2K"
 
 
 def duration(seconds: float) -> str:
@@ -70,6 +73,30 @@ class Bar:
         whole, newline, self._line = (self._line + text).rpartition("\n")
         if newline:
             self._bar.console.out(whole, highlight=False)
+
+    @contextlib.contextmanager
+    def away(self, *, ends_line: bool) -> Iterator[None]:
+        """While somebody types, the bar is gone, and what the program has written of its line stands there.
+
+        Args:
+            ends_line: what is typed ends this line; otherwise the program goes on in it.
+        """
+        if self._bar is None:
+            yield
+            return
+        rest, self._line = self._line, ""
+        self._bar.live.transient = True
+        self._bar.stop()
+        self._bar.live.transient = False
+        if rest:
+            output.write(rest)
+        try:
+            yield
+        finally:
+            if rest and not ends_line:
+                output.write(_LINE_TAKEN_BACK)
+                self._line = rest
+            self._bar.start()
 
     def _make(self) -> Progress:
         from rich.console import Console

@@ -174,6 +174,7 @@ class _Run:
 
     def _drive(self, robot: Robot, source: str, name: str) -> None:
         """Run the program to its end and the robot to its last motion."""
+        from turtlewire.cli.typed import TypedPast
         from turtlewire.deviation import Followed
         from turtlewire.logo import Interpreter
 
@@ -186,6 +187,7 @@ class _Run:
             with Bar(robot, interpreter.progress, shown=not arguments.json) as bar:
                 if not arguments.json:
                     interpreter.write = bar.write
+                interpreter.streams.keyboard = TypedPast(bar)
                 interpreter.run(source, name)
                 self._finish(robot, interpreter)
                 report.deviates(robot, turtle, origin)
