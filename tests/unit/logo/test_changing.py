@@ -47,16 +47,17 @@ def test_a_changed_list_is_not_taken_for_what_was_read_though_nobody_ran_it_in_b
     session: Session,
 ) -> None:
     program = """to f
-  localmake "l [[print 1] print 1]
-  run first :l
-  run butfirst :l
-  .setfirst butfirst first :l 7
-  .setbf butfirst :l [2 print 3]
+  localmake "l [print 1]
+  localmake "m [print 2]
+  run :l
+  run :m
+  .setfirst butfirst :l 7
+  .setbf butfirst :m [print 3]
 end
 f
 f
 """
-    assert session.run(program) == "1\n1\n7\n2\n3\n"
+    assert session.run(program) == "1\n2\n7\n2\n3\n"
 
 
 def test_the_members_of_a_changed_list_run_as_they_were_read(session: Session) -> None:
