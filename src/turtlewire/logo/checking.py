@@ -152,7 +152,7 @@ class _Check:
             ]
             elsewhere = lists.read.union(*others)
             for kind, names in (("input", _names(procedure)), ("local", set(words.local))):
-                for key in names - words.read - elsewhere:
+                for key in names - words.read - elsewhere - SPECIAL:
                     self._report_unused(kind, key, procedure, definition, words)
 
     def _report_unused(

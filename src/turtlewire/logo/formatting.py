@@ -230,6 +230,8 @@ class _Layout:
             laid_out += " " * max(room, int(len(line) > 1)) + comment.text
         if goes_on:
             laid_out += " ~" if line else "~"
+        elif comment is None and laid_out.endswith("~"):
+            laid_out += " "  # a word like any other, as long as the line does not end there
         self._lines.append(laid_out if line or goes_on else "")
         self._goes_on = goes_on or (comment is not None and comment.text.endswith("~"))
         for piece in line:

@@ -98,6 +98,7 @@ def test_hints() -> None:
         "print (map [[x y] :x * :y] [1 2] [3 4])",
         'to f :n\nlocal [a b]\nmake "a :n\nmake "b :a\nprint :b\nend',
         "print :commandline",
+        'to f\nlocalmake "caseignoredp "false\nprint "a = "A\nend',
         'catch "error [forwrd 10]\nprint error',
         'make "redefp "true\nto print :x\ntype :x\nend',
         # What only looks like left over, or unreachable.

@@ -76,6 +76,10 @@ def test_words_in_lists_begin_and_end_no_procedure() -> None:
     assert formatted(text.replace("  ", "")) == text
 
 
+def test_a_tilde_that_is_a_word() -> None:
+    assert formatted("print   :x ~  \nprint   2\n") == "print :x ~ \nprint 2\n"
+
+
 def test_what_cannot_be_read_is_an_error() -> None:
     with pytest.raises(LogoError, match="not found"):
         formatted("print [", "wrong.logo")

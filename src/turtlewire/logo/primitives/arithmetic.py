@@ -309,6 +309,9 @@ def _rerandom(logo: Interpreter, seed: Value = 42) -> None:
 # --- bits -----------------------------------------------------------------------------------------------------
 
 
+_WORD = 0xFFFFFFFF
+
+
 def _bits(value: Value) -> int:
     found = number(value)
     if found != int(found):
@@ -345,12 +348,22 @@ def _bitnot(_logo: Interpreter, a: Value) -> Number:
     return ~_bits(a)
 
 
-@primitive("ashift lshift", 2)
-def _ashift(_logo: Interpreter, a: Value, b: Value) -> Number:
-    value, places = _bits(a), _bits(b)
+def _shifted(value: int, places: int, b: Value) -> Number:
     if abs(places) > 64:
-        raise BadInputError(b)
+        raise BadInputError(b, wanted="at most 64 places")
     return _finite(value << places if places >= 0 else value >> -places, b)
+
+
+@primitive("ashift", 2)
+def _ashift(_logo: Interpreter, a: Value, b: Value) -> Number:
+    return _shifted(_bits(a), _bits(b), b)
+
+
+@primitive("lshift", 2)
+def _lshift(_logo: Interpreter, a: Value, b: Value) -> Number:
+    """To the right, a negative number is the pattern of 32 bits that it is in UCBLogo, and zeros come in."""
+    value, places = _bits(a), _bits(b)
+    return _shifted(value & _WORD if value < 0 and places < 0 else value, places, b)
 
 
 @primitive("form", 3)
