@@ -8,7 +8,7 @@ procedure by procedure: both call each other, and share all variables that the o
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier, is_simple
@@ -50,16 +50,14 @@ _LOOPS = frozenset(
 )
 
 
-class _Draft:
-    """A function that is written and not yet compiled."""
+class _Draft(NamedTuple):
+    """A function that is written and not yet compiled; ``names``: its variables that are in Python locals."""
 
-    def __init__(
-        self, procedure: UserProcedure | None, name: str, tree: list[ast.stmt], sites: list[Site]
-    ) -> None:
-        self.procedure = procedure
-        self.name = name
-        self.tree = tree
-        self.sites = sites
+    procedure: UserProcedure | None
+    name: str
+    tree: list[ast.stmt]
+    sites: list[Site]
+    names: dict[str, str]
 
 
 class Compiler(Namer):
@@ -113,7 +111,7 @@ class Compiler(Namer):
         except RefusedError:
             return None
         name = f"line_{len(self._records)}"
-        drafts = [_Draft(None, name, [py.function(name, [], emitter.body)], emitter.sites)]
+        drafts = [_Draft(None, name, [py.function(name, [], emitter.body)], emitter.sites, {})]
         self._finish(drafts)
         function: Callable[[], Any] = self._globals[name]
         return function
@@ -146,6 +144,19 @@ class Compiler(Namer):
     def translated(self, fault: Exception) -> Exception:
         """The Logo error that a fault in a compiled function is."""
         return translated(self._logo, self._records, fault)
+
+    def locals_from(self, frame: FrameType | None) -> dict[str, Value]:
+        """The variables that compiled functions have in Python locals, as seen from one of them."""
+        found: dict[str, Value] = {}
+        while frame is not None:
+            record = self._records.get(frame.f_code)
+            if record is not None and record.names:
+                values = frame.f_locals
+                for key, name in record.names.items():
+                    if key not in found and name in values:
+                        found[key] = values[name]
+            frame = frame.f_back
+        return found
 
     def node_at(self, frame: FrameType) -> tuple[Node, UserProcedure | None]:
         """The instruction that a compiled function is at, and its procedure."""
@@ -260,7 +271,7 @@ class Compiler(Namer):
             tree.append(py.function(f"p_{name}", parameters, [py.give(answer)]))
         else:
             tree.append(py.assign(f"p_{name}", py.name(f"q_{name}")))
-        return _Draft(procedure, f"q_{name}", tree, emitter.sites)
+        return _Draft(procedure, f"q_{name}", tree, emitter.sites, dict(emitter.names))
 
     def _body(self, emitter: Emitter, procedure: UserProcedure, nodes: list[Any]) -> None:
         facts = emitter.facts
@@ -318,7 +329,7 @@ class Compiler(Namer):
         for draft in drafts:
             title = draft.procedure.name if draft.procedure is not None else draft.name
             exec(compile(py.module(draft.tree), f"<{title}>", "exec"), self._globals)
-            record = Record(draft.procedure, draft.sites)
+            record = Record(draft.procedure, draft.sites, draft.names)
             if not record.sites:
                 record.sites.append(draft_site(draft))
             self._records[self._globals[draft.name].__code__] = record

@@ -34,13 +34,20 @@ _THROWN = 35
 
 
 class Record:
-    """A compiled function: its procedure, ``None`` for a line of the program, and its instructions that can fail."""
+    """A compiled function.
 
-    __slots__ = ("procedure", "sites")
+    Attributes:
+        procedure: what it was made of; ``None``: a line of the program.
+        sites: its instructions that can fail.
+        names: its variables that are in Python locals.
+    """
 
-    def __init__(self, procedure: UserProcedure | None, sites: list[Site]) -> None:
+    __slots__ = ("names", "procedure", "sites")
+
+    def __init__(self, procedure: UserProcedure | None, sites: list[Site], names: dict[str, str]) -> None:
         self.procedure = procedure
         self.sites = sites
+        self.names = names
 
 
 def innermost(

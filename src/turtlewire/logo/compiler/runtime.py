@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.logo.primitives import inputs
@@ -163,10 +164,21 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
     def truth(value: Any) -> bool:
         if value is None:
             raise SilentError
+        hidden: dict[str, Value | None] = {}
+        if type(value) is list:  # it is run: and sees what the evaluator would have in its table
+            for key, local in logo.compiler.locals_from(sys._getframe(1)).items():
+                hidden[key] = logo.variables.get(key)
+                logo.variables[key] = local
         try:
             return inputs.truth(logo, value)
         except BadInputError as bad:
             raise ConditionError(bad.value, bad.number, bad.wanted) from None
+        finally:
+            for key, before in hidden.items():
+                if before is None:
+                    logo.variables.pop(key, None)
+                else:
+                    logo.variables[key] = before
 
     def enter_loop(times: int | Iterable[Number]) -> list[int] | None:
         if isinstance(times, int):
