@@ -53,6 +53,9 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     )
     words.required = False
     parser.add_argument("--check", action="store_true", help="only say what is wrong with programs")
+    parser.add_argument(
+        "--show-python", action="store_true", help="only show what the compiler makes of the procedures"
+    )
     parser.add_argument("--json", action="store_true", help="with --check: as one JSON object")
     parser.add_argument(
         "--picture",
@@ -81,6 +84,10 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
         from turtlewire.cli import logo_check
 
         return logo_check.execute(words, as_json=arguments.json)
+    if arguments.show_python:
+        from turtlewire.cli import logo_python
+
+        return logo_python.execute(words)
     if arguments.json:
         raise UsageError("--json goes with --check; a program that runs prints what it likes")
     pictures = _pictures(arguments)

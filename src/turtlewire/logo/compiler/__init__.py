@@ -172,6 +172,10 @@ class Compiler(Namer):
             return None
         return ast.unparse(py.module(draft.tree))
 
+    def refusal(self, procedure: UserProcedure) -> str:
+        """Why a procedure is the evaluator's; "" for one that is not."""
+        return self._refused.get(procedure, "")
+
     # ------------------------------------------------------------------ compiling
 
     def _compile(self, procedure: UserProcedure) -> None:
