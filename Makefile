@@ -19,13 +19,13 @@ PYTHON := $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 py
 endif
 
 # What tests of the firmware need, as Debian calls it: compilers for here and for the chip, the emulated chip, what looks
-# at the source, a fuzzer.
+# at the source, a fuzzer. And UCBLogo, whose example programs run here, too.
 PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr arduino-builder avrdude libsimavr-dev libelf-dev clang \
-            clang-tidy cppcheck libclang-rt-dev
+            clang-tidy cppcheck libclang-rt-dev ucblogo
 FUZZER := $(or $(wildcard /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a),/usr/lib/libclang_rt.fuzzer.a)
 NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude bin/arduino-builder \
             lib/avr/include/avr/io.h share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h \
-            bin/clang++ bin/clang-tidy bin/cppcheck) $(firstword $(FUZZER))
+            bin/clang++ bin/clang-tidy bin/cppcheck share/ucblogo/csls/student) $(firstword $(FUZZER))
 
 # C++ that people write: what is generated has no layout to speak of.
 CODE := $(shell grep -L 'do not edit' $$(find firmware -name '*.h' -o -name '*.cpp' -o -name '*.ino'))

@@ -96,8 +96,8 @@ def ask_all(programs: list[str]) -> list[dict[str, Any] | None]:
         rest = ask([*batch, "print 1"])[:-1]  # so that the last of them can be seen to have come back
         alive = next((i for i, answer in enumerate(rest) if answer is None), len(rest))
         answers += rest[:alive]
-        if alive < len(rest):
-            answers.append(None)
+        if alive == 0:
+            answers.append(None)  # it had a process, and its time, to itself and those behind it
     return answers
 
 

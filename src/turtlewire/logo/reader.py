@@ -15,6 +15,7 @@ from turtlewire.logo.values import Array, List, Value, backslashed, barred, make
 _SPACES = " \t\f\v\r\0"
 _ENDS_A_WORD = frozenset(_SPACES + "\n[]{};|\\~()")
 _CLOSERS = {"[": "]", "{": "}"}
+_GOES_ON = re.compile("~[ \\t]*\n")
 _ORIGIN = re.compile("@(-?[0-9]{1,15})?")
 
 
@@ -163,8 +164,8 @@ class LineReader:
                 i = self._close(i, open_lists)
             elif self._begins_comment(i):
                 i = self._skip_comment(i)
-            elif c == "~" and text.startswith("~\n", i):
-                i += 2
+            elif c == "~" and (goes_on := _GOES_ON.match(text, i)) is not None:
+                i = goes_on.end()
             else:
                 outside = len(open_lists) == 1 and not self._is_data
                 end, value = self._read_word(i, open_parens if outside else None)
@@ -237,7 +238,8 @@ class LineReader:
                         open_parens.pop()
                 i += 1
                 continue
-            if c == "~" and not text.startswith("~\n", i):
+            goes_on = _GOES_ON.match(text, i) if c == "~" else None
+            if c == "~" and goes_on is None:
                 i += 1
                 continue
             pieces.append(text[begin:i])
@@ -246,8 +248,8 @@ class LineReader:
             elif c == "\\":
                 pieces.append(backslashed(text[i + 1 : i + 2]))
                 i += 2
-            elif c == "~":
-                i += 2
+            elif goes_on is not None:
+                i = goes_on.end()
             elif c == ";" and self._is_data:
                 begin = i
                 i += 1

@@ -170,6 +170,11 @@ def _show_or_hide(_logo: Interpreter) -> None:
     """A robot is always to be seen."""
 
 
+@primitive("splitscreen ss fullscreen fs textscreen ts", 0)
+def _divide_screen(_logo: Interpreter) -> None:
+    """A robot has no screen to divide."""
+
+
 @primitive("shownp shown?", 0)
 def _shownp(_logo: Interpreter) -> Value:
     return answer(condition=True)
