@@ -230,3 +230,19 @@ def test_fmt_touches_nothing_that_it_cannot_read(capsys: pytest.CaptureFixture[s
     assert run("fmt", "open.logo") == 1
     assert "open.logo, line 1, column 12: ']' not found" in capsys.readouterr().err
     assert Path("open.logo").read_text("utf-8") == "repeat   4 [\n"
+
+
+# --- as Python
+
+
+def test_procedures_are_shown_as_python_and_nothing_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("two.logo").write_text(
+        "to double :x\noutput :x * 2.5\nend\nprint 1\nto Do :list\nrun :list\nend\n", "utf-8"
+    )
+    assert run("--show-python", "two.logo") == 0
+    assert capsys.readouterr().out == (
+        "# double\ndef q_double(x_):\n    return -x_ * -2.5\np_double = q_double\n\n"
+        "# Do is left to the evaluator: a list that is computed is run\n"
+    )
+    assert run("--show-python", "square.logo") == 0
+    assert not capsys.readouterr().out
