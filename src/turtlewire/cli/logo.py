@@ -150,7 +150,13 @@ def interpreter(arguments: argparse.Namespace, turtle: Turtle, command_line: lis
     from turtlewire.logo import Interpreter
     from turtlewire.logo.values import make_list, word
 
-    logo = Interpreter(turtle, output.write, random.Random(arguments.seed), arguments.step_mm)
+    logo = Interpreter(
+        turtle,
+        output.write,
+        random.Random(arguments.seed),
+        arguments.step_mm,
+        compiled_at=program.compiled_at(),
+    )
     logo.variables["commandline"] = make_list([word(each) for each in command_line])
     return logo
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 
 from turtlewire.errors import DataError
@@ -43,3 +44,10 @@ def text_of(data: bytes, program: str) -> str:
             f"{program} is not text in UTF-8: in line {line}, byte {error.start} is {error.object[error.start]:02X}. "
             "Save it as UTF-8"
         ) from error
+
+
+def compiled_at() -> str | None:
+    """Where compiled programs are kept for the next time; ``None``: nowhere, when there is no place for such things."""
+    home = os.path.expanduser("~")  # noqa: PTH111 - pathlib takes longer to load than all else here
+    folder = os.environ.get("XDG_CACHE_HOME") or (f"{home}/.cache" if home != "~" else "")
+    return f"{folder}/turtlewire/logo" if folder else None

@@ -181,7 +181,11 @@ class _Run:
         arguments, report = self._arguments, self._report
         origin, turtle = robot.trace.pose, Followed(robot)
         interpreter = Interpreter(
-            turtle, report.keep_output, random.Random(arguments.seed), step_mm=arguments.step_mm
+            turtle,
+            report.keep_output,
+            random.Random(arguments.seed),
+            step_mm=arguments.step_mm,
+            compiled_at=program.compiled_at(),
         )
         try:
             with Bar(robot, interpreter.progress, shown=not arguments.json) as bar:

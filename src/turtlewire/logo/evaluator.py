@@ -81,6 +81,7 @@ class Interpreter:
         random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds.
         step_mm: how many millimetres one turtle step is; more than 0.
         compiles: whether procedures become Python functions, which is faster; nothing else depends on it.
+        compiled_at: a folder where compiled programs are kept for the next time; ``None``: they are not.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class Interpreter:
         step_mm: float = 1.0,
         *,
         compiles: bool = True,
+        compiled_at: str | None = None,
     ) -> None:
         if not 0 < step_mm < float("inf"):
             raise ValueError(f"step_mm must be more than 0, not {step_mm}")
@@ -133,6 +135,7 @@ class Interpreter:
         self.levels = Progress()
         self.streams = Streams(self)
         self._compiles = compiles
+        self._compiled_at = compiled_at
         self._compiler: Compiler | None = None
 
     # --- running programs -------------------------------------------------------------------------------------
@@ -159,6 +162,8 @@ class Interpreter:
                     raise
             failed = False
         finally:
+            if self._compiler is not None:
+                self._compiler.save()
             if not keeps_files:
                 self.streams.finish(failed=failed)
             elif failed:
@@ -665,9 +670,10 @@ class Interpreter:
     def compiler(self) -> Compiler:
         """What makes Python functions of procedures; loaded when there is something to compile."""
         if self._compiler is None:
-            from turtlewire.logo.compiler import Compiler
+            from turtlewire.logo.compiler import Compiler, Store
 
-            self._compiler = Compiler(self, is_used=self._compiles)
+            store = Store(self._compiled_at) if self._compiled_at is not None else None
+            self._compiler = Compiler(self, is_used=self._compiles, store=store)
         return self._compiler
 
     @compiler.setter

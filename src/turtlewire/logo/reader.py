@@ -77,6 +77,17 @@ class Line:
         assert self._value is not None
         return self._value
 
+    def lists(self) -> list[tuple[int, Line]]:
+        """The lists within it, at any depth, and where each stood; none of one that stood nowhere."""
+        found: list[tuple[int, Line]] = []
+        pending = [self]
+        for each in pending:
+            for offset, item in zip(each.offsets, each.items, strict=False):
+                if isinstance(item, Line):
+                    found.append((offset, item))
+                    pending.append(item)
+        return found
+
     def position(self, index: int) -> Position | None:
         """Where an item stood, or the line itself if it has fewer."""
         if self.source is None or not self.offsets:

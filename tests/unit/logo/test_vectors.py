@@ -45,6 +45,29 @@ def test_program(
     assert ("".join(written), error) == (expected["output"], expected["error"])
 
 
+@pytest.mark.parametrize("case", cases()[::5])
+def test_program_that_is_started_again(
+    case: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    seen: list[tuple[str, str]] = []
+    for _ in range(2):
+        written: list[str] = []
+        logo = Interpreter(
+            ScreenTurtle(), written.append, random.Random(0), compiled_at=str(tmp_path / "kept")
+        )
+        said = ""
+        try:
+            logo.run(case["program"] + "\n", "case.logo")
+        except LogoError as error:
+            said = str(error)
+        seen.append(("".join(written), said))
+        for file in tmp_path.iterdir():
+            if file.is_file():
+                file.unlink()  # what the program wrote
+    assert seen[0] == seen[1]
+
+
 def test_there_are_many_and_each_has_its_own_id() -> None:
     ids = [case.values[0]["id"] for case in cases()]
     assert len(ids) == len(set(ids)) > 1400

@@ -8,6 +8,7 @@ procedure by procedure: both call each other, and share all variables that the o
 from __future__ import annotations
 
 import ast
+import hashlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from turtlewire.logo.compiler import python as py
@@ -17,8 +18,11 @@ from turtlewire.logo.compiler.facts import Survey, local_names
 from turtlewire.logo.compiler.fast import FAST
 from turtlewire.logo.compiler.faults import Record, innermost, translated
 from turtlewire.logo.compiler.runtime import helpers
+from turtlewire.logo.compiler.store import Kept, Store
+from turtlewire.logo.primitives import PRIMITIVES
 from turtlewire.logo.procedures import Primitive, UserProcedure
-from turtlewire.logo.syntax import Call, Invocation
+from turtlewire.logo.syntax import Call, Invocation, Literal
+from turtlewire.logo.values import show
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,9 +33,9 @@ if TYPE_CHECKING:
     from turtlewire.logo.reader import Line
     from turtlewire.logo.syntax import Node
     from turtlewire.logo.tokens import Place
-    from turtlewire.logo.values import List, Value
+    from turtlewire.logo.values import Value
 
-__all__ = ["Compiler"]
+__all__ = ["Compiler", "Store"]
 
 _LOOPS = frozenset(
     (
@@ -50,6 +54,15 @@ _LOOPS = frozenset(
 )
 
 
+class _Uses:
+    """What a function uses, to be found again when it comes from the store."""
+
+    def __init__(self) -> None:
+        self.primitives: dict[tuple[str, bool], None] = {}
+        self.calls: dict[str, None] = {}
+        self.lists: dict[str, int] = {}
+
+
 class _Draft(NamedTuple):
     """A function that is written and not yet compiled; ``names``: its variables that are in Python locals."""
 
@@ -58,6 +71,7 @@ class _Draft(NamedTuple):
     tree: list[ast.stmt]
     sites: list[Site]
     names: dict[str, str]
+    uses: _Uses | None = None  # None: it cannot be kept
 
 
 class Compiler(Namer):
@@ -66,16 +80,22 @@ class Compiler(Namer):
     Args:
         logo: the workspace.
         is_used: whether anything is compiled at all.
+        store: where compiled procedures are kept for the next time, if they are.
     """
 
-    def __init__(self, logo: Interpreter, *, is_used: bool) -> None:
+    def __init__(self, logo: Interpreter, *, is_used: bool, store: Store | None = None) -> None:
         self._logo = logo
+        self._store = store
+        self._texts: list[str] | None = None  # of all procedures; None: not asked yet
+        self._kept: dict[str, Kept] = {}
+        self._is_new = False  # whether there is something to keep
+        self._uses = _Uses()
+        self._origin = 0  # where in its file the procedure begins that is being written
         self._is_used = is_used
         self._globals: dict[str, Any] = helpers(logo)
         self._records: dict[CodeType, Record] = {}
         self._jumps: list[tuple[Site, bool]] = []
         self._globals["jumps"] = self._jumps
-        self._constants: dict[int, tuple[List, str]] = {}
         self._moving: set[str] = set()
         self._survey = Survey(logo)
         self._drafts: dict[UserProcedure, _Draft] = {}
@@ -87,7 +107,8 @@ class Compiler(Namer):
 
     def function(self, procedure: UserProcedure) -> Callable[..., Any] | None:
         """The function of a procedure; ``None`` when it is the evaluator's."""
-        if procedure.function is None and not procedure.is_refused and self._is_used:
+        is_to_come = procedure.function is None and not procedure.is_refused and self._is_used
+        if is_to_come and (self._store is None or not self._install(procedure)):
             self._compile(procedure)
         return procedure.function
 
@@ -123,6 +144,7 @@ class Compiler(Namer):
 
     def forget(self) -> None:
         """A procedure has been defined, or defined anew, or erased: nothing that was known is certain."""
+        self._texts = None
         self._survey = Survey(self._logo)
         self._refused.clear()
         for procedure in self._logo.procedures.values():
@@ -185,8 +207,9 @@ class Compiler(Namer):
         for each in self._wanted:  # which grows
             if each.function is None and not each.is_refused and each not in self._refused:
                 self._draft(each)
-        for each in self._refused:
+        for each, why in self._refused.items():
             each.is_refused = True
+            self._keep(each, Kept(None, why, {}, [], [], []))
         drafts = [draft for each, draft in self._drafts.items() if each not in self._refused]
         self._finish(drafts)
 
@@ -224,6 +247,8 @@ class Compiler(Namer):
             raise RefusedError("it is traced or stepped")
         facts = survey.facts(procedure)
         self._refuse_unseen(facts)
+        uses = self._uses = _Uses()
+        self._origin = procedure.title.offsets[0] if procedure.title is not None else 0
         nodes = survey.body(procedure)
         may_be_local = self._may_be_local(facts, survey.reached(procedure))
         emitter = Emitter(survey, facts, self, may_be_local)
@@ -275,7 +300,8 @@ class Compiler(Namer):
             tree.append(py.function(f"p_{name}", parameters, [py.give(answer)]))
         else:
             tree.append(py.assign(f"p_{name}", py.name(f"q_{name}")))
-        return _Draft(procedure, f"q_{name}", tree, emitter.sites, dict(emitter.names))
+        kept = None if ending.jumps else uses  # a jump is a number that is only good now
+        return _Draft(procedure, f"q_{name}", tree, emitter.sites, dict(emitter.names), kept)
 
     def _body(self, emitter: Emitter, procedure: UserProcedure, nodes: list[Any]) -> None:
         facts = emitter.facts
@@ -332,20 +358,95 @@ class Compiler(Namer):
         """Make functions of what is written, and of what it names."""
         for draft in drafts:
             title = draft.procedure.name if draft.procedure is not None else draft.name
-            exec(compile(py.module(draft.tree), f"<{title}>", "exec"), self._globals)
+            code = compile(py.module(draft.tree), f"<{title}>", "exec")
+            exec(code, self._globals)
             record = Record(draft.procedure, draft.sites, draft.names)
-            if not record.sites:
-                record.sites.append(draft_site(draft))
-            self._records[self._globals[draft.name].__code__] = record
-            if draft.procedure is not None:
-                key = identifier(draft.procedure.name.lower())
-                function = self._globals[f"c_{key}"] = self._globals[f"p_{key}"]
-                self._records.setdefault(function.__code__, record)
-                draft.procedure.function = function
+            if draft.procedure is None:
+                self._records[self._globals[draft.name].__code__] = record
+                continue
+            self._enter(draft.procedure, record)
+            if (uses := draft.uses) is not None:
+                lists = list(uses.lists.items())
+                kept = Kept(code, "", draft.names, list(uses.primitives), list(uses.calls), lists)
+                self._keep(draft.procedure, kept)
         for each in self._wanted:
             if each.function is None:
                 self._offer(each)
         self._drafts.clear()
+
+    def _enter(self, procedure: UserProcedure, record: Record) -> None:
+        """The functions of a procedure are made: from now on they are what is called."""
+        key = identifier(procedure.name.lower())
+        function = self._globals[f"c_{key}"] = self._globals[f"p_{key}"]
+        self._records[self._globals[f"q_{key}"].__code__] = record
+        self._records[function.__code__] = record
+        procedure.function = function
+
+    # ------------------------------------------------------------------ what is kept
+
+    def save(self) -> None:
+        """Keep what was compiled for the next time."""
+        if self._store is not None and self._is_new and self._texts:
+            self._store.save(self._texts, self._kept)
+            self._is_new = False
+
+    def _load(self) -> None:
+        """Find what is kept of the procedures that there are now; of those that a program has made, nothing is."""
+        texts: list[str] = []
+        for name, procedure in sorted(self._logo.procedures.items()):
+            if isinstance(procedure, UserProcedure):
+                if not procedure.full_text or procedure.title is None or self._logo.is_watched(procedure):
+                    self._texts = []
+                    return
+                texts.append("\n".join((name, *procedure.full_text)))
+            elif procedure is not PRIMITIVES.get(name):
+                self._texts = []
+                return
+        assert self._store is not None
+        self._texts = texts
+        self._kept = self._store.load(texts)
+        self._is_new = False
+
+    def _is_known(self, procedure: UserProcedure) -> bool:
+        """Whether it is called by its name: templates are procedures without one."""
+        return self._logo.procedures.get(procedure.name.lower()) is procedure
+
+    def _keep(self, procedure: UserProcedure, kept: Kept) -> None:
+        if self._texts and self._is_known(procedure):
+            self._kept[procedure.name.lower()] = kept
+            self._is_new = True
+
+    def _install(self, procedure: UserProcedure) -> bool:
+        """Make the functions of a procedure from what is kept of it; whether that could be done."""
+        if self._texts is None:
+            self._load()
+        kept = self._kept.get(procedure.name.lower()) if self._texts and self._is_known(procedure) else None
+        if kept is None:
+            return False
+        if kept.code is None:
+            procedure.is_refused = True
+            self._refused[procedure] = kept.refusal
+            return True
+        assert procedure.title is not None
+        lines = {offset: line for each in procedure.body for offset, line in each.lists()}
+        for name, behind in kept.lists:
+            line = lines[procedure.title.offsets[0] + behind]
+            self._logo.remember(line)
+            self._globals[name] = line.value
+        for name, moves in kept.primitives:
+            primitive = self._logo.procedures[name]
+            assert isinstance(primitive, Primitive)
+            self.primitive(primitive, moves=moves)
+        for name in kept.calls:
+            called = self._logo.procedures[name]
+            assert isinstance(called, UserProcedure)
+            if called.function is None:
+                self._offer(called)
+        exec(kept.code, self._globals)
+        self._enter(procedure, Record(procedure, lambda: self._written(procedure).sites, kept.names))
+        return True
+
+    # ------------------------------------------------------------------ what the evaluator is left
 
     def _offer(self, procedure: UserProcedure) -> None:
         """Until a procedure is compiled, or for good: whoever calls it comes here first."""
@@ -368,11 +469,13 @@ class Compiler(Namer):
     # ------------------------------------------------------------------ names
 
     def _want(self, procedure: UserProcedure) -> None:
+        self._uses.calls[procedure.name.lower()] = None
         if procedure not in self._wanted:
             self._wanted.append(procedure)
 
     def primitive(self, primitive: Primitive, *, moves: bool) -> str:
         """The function of a primitive."""
+        self._uses.primitives[primitive.name, moves] = None
         name = f"{'m' if moves else 'f'}_{identifier(primitive.name)}"
         if name not in self._globals:
             if moves:
@@ -388,15 +491,16 @@ class Compiler(Namer):
         self._want(procedure)
         return f"{'c' if as_command else 'p'}_{identifier(procedure.name.lower())}"
 
-    def constant(self, value: Any) -> str:
+    def constant(self, value: Any, node: Literal) -> str:
         """A list that stands in the program."""
         if not value:
             return "NIL"
-        known = self._constants.get(id(value))
-        if known is None:
-            known = self._constants[id(value)] = (value, f"k{len(self._constants)}")
-            self._globals[known[1]] = value
-        return known[1]
+        behind = node.place[1] - self._origin if node.place is not None else 0
+        content = hashlib.sha256(show(value).encode(errors="surrogatepass")).hexdigest()[:12]
+        name = f"k{content}_{behind}".replace("-", "m")
+        self._uses.lists[name] = behind
+        self._globals[name] = value
+        return name
 
     def always_outputs(self, procedure: UserProcedure) -> bool:
         """Whether a procedure outputs whenever it ends."""
@@ -409,15 +513,6 @@ class Compiler(Namer):
     def moving_names(self) -> frozenset[str]:
         """The names of all that may move the robot."""
         return frozenset(self._moving)
-
-
-def draft_site(draft: _Draft) -> Site:
-    """For a function in which nothing can fail: there has to be a first place."""
-    from turtlewire.logo.compiler.emit import Site as AnySite
-    from turtlewire.logo.syntax import Literal
-
-    del draft
-    return AnySite(Literal("", None), "")
 
 
 def _bound(keys: list[str], body: list[ast.stmt]) -> list[ast.stmt]:

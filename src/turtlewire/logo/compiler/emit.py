@@ -264,7 +264,7 @@ class Emitter:
             return py.const(value)  # type: ignore[arg-type]
         if isinstance(value, Array):
             raise RefusedError("an array that stands in the program")
-        return py.name(self.namer.constant(value))
+        return py.name(self.namer.constant(value, node))
 
     def variable(self, node: Variable) -> Expr:
         """A variable's value."""
@@ -386,7 +386,7 @@ class Namer:
         """The function of a procedure."""
         raise NotImplementedError
 
-    def constant(self, value: Any) -> str:
+    def constant(self, value: Any, node: Literal) -> str:
         """A list that stands in the program."""
         raise NotImplementedError
 

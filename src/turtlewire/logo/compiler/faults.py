@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo import blame, errors
+from turtlewire.logo.compiler.emit import Site
 from turtlewire.logo.compiler.runtime import ConditionError, LateError, SilentError, UnusedError
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import BadInputError
-from turtlewire.logo.syntax import Call, Invocation, Variable
+from turtlewire.logo.syntax import Call, Invocation, Literal, Variable
 from turtlewire.logo.values import show, show_in_error
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import CodeType, FrameType, TracebackType
 
-    from turtlewire.logo.compiler.emit import Operand, Site
+    from turtlewire.logo.compiler.emit import Operand
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.procedures import UserProcedure
 
@@ -38,16 +40,30 @@ class Record:
 
     Attributes:
         procedure: what it was made of; ``None``: a line of the program.
-        sites: its instructions that can fail.
+        sites: its instructions that can fail; found out when one has, if the function comes from the store.
         names: its variables that are in Python locals.
     """
 
-    __slots__ = ("names", "procedure", "sites")
+    __slots__ = ("_sites", "names", "procedure")
 
-    def __init__(self, procedure: UserProcedure | None, sites: list[Site], names: dict[str, str]) -> None:
+    def __init__(
+        self,
+        procedure: UserProcedure | None,
+        sites: list[Site] | Callable[[], list[Site]],
+        names: dict[str, str],
+    ) -> None:
         self.procedure = procedure
-        self.sites = sites
         self.names = names
+        self._sites = sites
+
+    @property
+    def sites(self) -> list[Site]:
+        """The instructions that can fail, by their numbers less one; there is one at least."""
+        if not isinstance(self._sites, list):
+            self._sites = self._sites()
+        if not self._sites:
+            self._sites.append(Site(Literal("", None), ""))
+        return self._sites
 
 
 def innermost(
