@@ -120,6 +120,12 @@ def test_a_line_of_a_program_is_printed_as_it_can_be_read(session: Session, line
     assert session.run(f'define "f [[] [{line}]]\npo "f') == f"to f\n{line}\nend\n\n"
 
 
+def test_what_is_erased_is_not_buried_any_longer(session: Session) -> None:
+    session.run('to f\nend\nbury "f erase "f')
+    assert session.run("show buried") == session.run('bury [[] [x]] unbury [[] [x]] show buried')
+    assert session.run("to f\nend\nshow procedures") == "[f]\n"
+
+
 def test_catching_what_a_traced_procedure_throws_puts_the_tracing_right(session: Session) -> None:
     program = """to f :n
   if :n = 0 [throw "out]
