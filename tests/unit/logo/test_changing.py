@@ -122,7 +122,7 @@ def test_a_line_of_a_program_is_printed_as_it_can_be_read(session: Session, line
 
 def test_what_is_erased_is_not_buried_any_longer(session: Session) -> None:
     session.run('to f\nend\nbury "f erase "f')
-    assert session.run("show buried") == session.run('bury [[] [x]] unbury [[] [x]] show buried')
+    assert session.run("show buried") == session.run("bury [[] [x]] unbury [[] [x]] show buried")
     assert session.run("to f\nend\nshow procedures") == "[f]\n"
 
 
