@@ -159,6 +159,7 @@ class Interpreter:
                     raise
             failed = False
         finally:
+            self.streams.keyboard.rest()
             if not keeps_files:
                 self.streams.finish(failed=failed)
             elif failed:
