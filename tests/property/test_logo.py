@@ -8,9 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
+from turtlewire.logo.printout import variable_text
 from turtlewire.logo.reader import Line, read, read_list
 from turtlewire.logo.tokens import tokenize
-from turtlewire.logo.values import Value, equal, make_list, show, to_text, word
+from turtlewire.logo.values import (
+    Array,
+    Value,
+    barred,
+    equal,
+    make_list,
+    members_of,
+    show,
+    show_in_error,
+    to_text,
+    word,
+)
 
 LOGO_TEXT = st.text(
     alphabet=st.one_of(st.sampled_from("ab1.e \n[]()+-*/=<>\"\\:;|~?#!{}'"), st.characters()), max_size=60
@@ -54,6 +66,40 @@ def values() -> st.SearchStrategy[Value]:
     return st.recursive(
         WORDS.map(word), lambda inner: st.lists(inner, max_size=4).map(make_list), max_leaves=12
     )
+
+
+# Words with any letters, some of them as if between bars; a carriage return is a newline wherever text is read.
+ODD_LETTERS = st.one_of(
+    st.sampled_from('ab1 \n\t[](){}|\\~;":@-'), st.characters(codec="utf-8", exclude_characters="\r")
+)
+ODD_WORDS = st.lists(
+    st.tuples(
+        st.text(alphabet=ODD_LETTERS, max_size=4),
+        st.booleans(),
+    ),
+    max_size=3,
+).map(lambda pieces: word("".join([barred(text) if is_barred else text for text, is_barred in pieces])))
+
+
+def odd_values() -> st.SearchStrategy[Value]:
+    return st.recursive(
+        ODD_WORDS,
+        lambda inner: st.one_of(
+            st.lists(inner, max_size=4).map(make_list),
+            st.builds(Array, st.lists(inner, max_size=3), st.integers(-2, 2)),
+        ),
+        max_leaves=12,
+    )
+
+
+def are_alike(a: Value, b: Value) -> bool:
+    """EQUALP with arrays compared by their members."""
+    if isinstance(a, Array) and isinstance(b, Array):
+        return a.origin == b.origin and are_alike(make_list(a.items), make_list(b.items))
+    if isinstance(a, list) and isinstance(b, list):
+        mine, theirs = members_of(a), members_of(b)
+        return len(mine) == len(theirs) and all(are_alike(x, y) for x, y in zip(mine, theirs, strict=True))
+    return equal(a, b, ignore_case=False)
 
 
 def assert_is_placed(error: LogoError) -> None:
@@ -107,3 +153,15 @@ def test_whole_numbers_are_exact(a: int, b: int) -> None:
         sign = -1 if a < 0 else 1
         expected += [str(a % b), str(sign * (abs(a) % abs(b)))]
     assert "".join(written).split() == expected
+
+
+@given(st.lists(odd_values(), max_size=4).map(make_list))
+def test_what_fullprintp_prints_can_be_read_again(value: Value) -> None:
+    assert are_alike(read_list(show_in_error(value)[1:-1]), value)
+
+
+@given(odd_values())
+def test_a_variable_that_is_saved_has_its_value_again(value: Value) -> None:
+    interpreter = Interpreter(ScreenTurtle(), lambda _: None, random.Random(0))
+    interpreter.run(variable_text("v", value))
+    assert are_alike(interpreter.variables["v"], value)

@@ -162,6 +162,7 @@ class Interpreter:
                     raise
             failed = False
         finally:
+            self.streams.keyboard.rest()
             if self._compiler is not None:
                 self._compiler.save()
             if not keeps_files:

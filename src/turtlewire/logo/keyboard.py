@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
 
 class Keyboard:
@@ -36,19 +37,37 @@ class Keyboard:
         """Whether a character can be read without waiting."""
         return bool(self._typed)
 
+    def rest(self) -> None:
+        """The program has ended, and what was set for it is put back."""
+
 
 class StandardInput(Keyboard):
-    """Standard input. At a terminal, READCHAR gets a key as soon as it is pressed, without showing it."""
+    """Standard input. At a terminal, READCHAR gets a key as soon as it is pressed, without showing it.
+
+    From the first READCHAR or KEYP on, the terminal gives key by key, until a line is read or the program ends.
+    """
 
     def __init__(self) -> None:
         super().__init__(_read_standard_input)
+        self._lines_mode: list[Any] | None = None  # how the terminal was before it gave key by key
+
+    def read_line(self) -> str:
+        """The next line, or what is left of one, with its newline; ``""`` at the end."""
+        self.rest()
+        return super().read_line()
 
     def read_character(self) -> str:
         """The next character; ``""`` at the end."""
         if self._typed or not _is_terminal():
             return super().read_character()
-        with _key_by_key():
-            return sys.stdin.read(1)
+        self._give_keys()
+        # Not by sys.stdin, which would take more than one key and hide the others from has_key.
+        terminal = sys.stdin.fileno()
+        data = os.read(terminal, 1)
+        more = 0 if data < b"\xc0" else 1 if data < b"\xe0" else 2 if data < b"\xf0" else 3
+        for _ in range(more):
+            data += os.read(terminal, 1)
+        return data.decode("utf-8", "replace")
 
     def has_key(self) -> bool:
         """Whether a key was pressed."""
@@ -56,8 +75,27 @@ class StandardInput(Keyboard):
             return bool(self._typed)
         import select
 
-        with _key_by_key():
-            return bool(select.select([sys.stdin], [], [], 0)[0])
+        self._give_keys()
+        return bool(select.select([sys.stdin], [], [], 0)[0])
+
+    def _give_keys(self) -> None:
+        sys.stdout.flush()
+        if self._lines_mode is None:
+            import termios
+            import tty
+
+            self._lines_mode = termios.tcgetattr(sys.stdin)
+            tty.setcbreak(sys.stdin, termios.TCSANOW)
+
+    def rest(self) -> None:
+        """The terminal is as it was before."""
+        mode, self._lines_mode = self._lines_mode, None
+        if mode is not None:
+            import termios
+
+            # The terminal may be gone.
+            with contextlib.suppress(termios.error, OSError, ValueError):
+                termios.tcsetattr(sys.stdin, termios.TCSANOW, mode)
 
 
 def _read_standard_input() -> str:
@@ -70,18 +108,3 @@ def _read_standard_input() -> str:
 
 def _is_terminal() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
-
-
-@contextlib.contextmanager
-def _key_by_key() -> Iterator[None]:
-    """The terminal gives every key at once; put back behind it."""
-    import termios
-    import tty
-
-    sys.stdout.flush()
-    before = termios.tcgetattr(sys.stdin)
-    try:
-        tty.setcbreak(sys.stdin, termios.TCSANOW)
-        yield
-    finally:
-        termios.tcsetattr(sys.stdin, termios.TCSANOW, before)

@@ -32,7 +32,7 @@ def as_written(text: str) -> str:
         return text
     sign = text[0] if text[0] in '":' else ""
     body = text[len(sign) :]
-    if not _UNMARKED.intersection(body) and any(BARRED <= ord(c) < BACKSLASHED for c in body):
+    if not _UNMARKED.intersection(body) and not any(ord(c) >= BACKSLASHED for c in body):
         return sign + spelled(body)
     pieces: list[str] = []
     in_bars = False

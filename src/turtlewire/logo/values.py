@@ -31,7 +31,7 @@ _TO_PLAIN = {mark + ord(c): c for c in SPECIAL for mark in (BARRED, BACKSLASHED)
 _WITHOUT_BACKSLASHES = {BACKSLASHED + ord(c): c for c in SPECIAL}
 _TO_BAR = {ord(c): f"\\{c}" for c in "|\\"}  # what needs a backslash even between bars
 _TO_ESCAPED = {
-    ord(c): f"\\{c}" for c in " \t\n[]{}();|\\~"
+    ord(c): f"\\{c}" for c in " \t\n\f\v\r\0[]{}();|\\~"
 }  # what a quoted word can have after a backslash only
 
 TRUE = "true"

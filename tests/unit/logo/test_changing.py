@@ -105,6 +105,27 @@ def test_what_is_saved_can_be_loaded_whatever_is_in_it(
     assert session.run('show :a show :b show :c show names show plist "|a b|') == before
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        'print "|a b|',
+        "print a| |b+3",
+        'print "a\\ b',
+        "show [|a\\\\b\\|c| x]",
+        ":|odd name|",
+        'print "x|(|\\)',
+    ],
+)
+def test_a_line_of_a_program_is_printed_as_it_can_be_read(session: Session, line: str) -> None:
+    assert session.run(f'define "f [[] [{line}]]\npo "f') == f"to f\n{line}\nend\n\n"
+
+
+def test_what_is_erased_is_not_buried_any_longer(session: Session) -> None:
+    session.run('to f\nend\nbury "f erase "f')
+    assert session.run("show buried") == session.run("bury [[] [x]] unbury [[] [x]] show buried")
+    assert session.run("to f\nend\nshow procedures") == "[f]\n"
+
+
 def test_catching_what_a_traced_procedure_throws_puts_the_tracing_right(session: Session) -> None:
     program = """to f :n
   if :n = 0 [throw "out]

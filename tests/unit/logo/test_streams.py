@@ -8,6 +8,7 @@ import os
 import pty
 import subprocess
 import sys
+import termios
 from typing import TYPE_CHECKING
 
 import pytest
@@ -73,17 +74,27 @@ def test_standard_input_is_read_and_what_type_asked_stands_before_it(tmp_path: P
 
 
 def test_a_key_at_a_terminal_is_read_as_soon_as_it_is_pressed(tmp_path: Path) -> None:
-    (tmp_path / "key.logo").write_text('print "ready until [keyp] [] show readchar show readchar', "utf-8")
+    program = (
+        'print "ready until [keyp] [] show readchar show keyp show (list readchar readchar)'
+        " show readlist show readchar"
+    )
+    (tmp_path / "key.logo").write_text(program, "utf-8")
     outside, inside = pty.openpty()
     try:
+        before = termios.tcgetattr(inside)
         with subprocess.Popen(
             [sys.executable, "-m", "turtlewire", "logo", "key.logo"], stdin=inside, stdout=subprocess.PIPE
-        ) as program:
-            assert program.stdout is not None
-            assert program.stdout.readline() == b"ready\n"
-            os.write(outside, b"qw")  # and no newline
-            assert program.stdout.read() == b"q\nw\n"
-        assert program.returncode == 0
+        ) as logo:
+            assert logo.stdout is not None
+            assert logo.stdout.readline() == b"ready\n"
+            os.write(outside, "qw🐢".encode())  # and no newline
+            assert [logo.stdout.readline().decode() for _ in range(3)] == ["q\n", "true\n", "[w 🐢]\n"]
+            os.write(outside, b"a line\n")
+            assert logo.stdout.readline() == b"[a line]\n"
+            os.write(outside, b"x")
+            assert logo.stdout.read() == b"x\n"
+        assert logo.returncode == 0
+        assert termios.tcgetattr(inside) == before
     finally:
         os.close(outside)
         os.close(inside)
