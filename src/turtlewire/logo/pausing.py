@@ -44,7 +44,6 @@ def pause(logo: Interpreter) -> Result:
         try:
             result = _run_typed(logo, typed)
         except LogoError as error:
-            error.is_for_caller = False
             logo.write(f"{error.explain()}\n")
         except ThrowError as thrown:
             if thrown.tag != CONTINUE:

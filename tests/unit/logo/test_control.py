@@ -122,6 +122,14 @@ def test_goto_within_a_line_whose_words_are_defined_later(session: Session) -> N
     assert session.run(program) == "2\n3\n4\n"
 
 
+def test_the_instruction_of_an_error_behind_such_a_tag(session: Session) -> None:
+    program = (
+        'to f\ndefine "later [[] [make "i 1]] later tag "again make "i :i + 1\nif :i < 3 [goto "again]\n'
+        'print :nix\nend\ncatch "error [f] show last error'
+    )
+    assert session.run(program) == "[print :nix]\n"
+
+
 def test_nested_templates_put_back_what_was_before(session: Session) -> None:
     program = 'foreach [a b] [catch "error [foreach [x y] [foreach [1 2] [first []]]] type (list ? # ?rest)]\nprint "'
     assert session.run(program) == "a 1 [b]b 2 []\n"

@@ -92,6 +92,15 @@ def test_it_does_not_go_on_for_ever(loop: str) -> None:
     assert MOST_LISTS == 10_000
 
 
+def test_who_was_told_is_told() -> None:
+    written: list[str] = []
+    turtles = {"elsie": ScreenTurtle(), "rosa": StoppingTurtle(KeyboardInterrupt())}
+    logo = Interpreter(turtles, written.append, random.Random(0))
+    with pytest.raises(KeyboardInterrupt):
+        logo.run('onstop [print who each [print pos]]\nfd 2 tell "rosa\nfd 1 fd 13')
+    assert written == ["rosa\n", "0 1\n"]
+
+
 def test_an_error_in_it_is_told() -> None:
     assert "x has no value" in last_words("onstop [print :x]\nfd 13")[0]
 

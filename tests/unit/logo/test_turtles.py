@@ -160,6 +160,18 @@ def test_they_wait_together_and_wipe_the_screen(herd: Herd) -> None:
     assert (herd.strokes, herd.heights) == ((0, 0), (0, 0))
 
 
+def test_before_they_wait_the_motion_of_all_ends() -> None:
+    class BusyTurtle(ScreenTurtle):
+        finished = 0
+
+        def finish(self) -> None:
+            self.finished += 1
+
+    first, second = BusyTurtle(), BusyTurtle()
+    Team([first, second]).wait(1)
+    assert (first.finished, second.finished, first.elapsed_s) == (1, 1, 1)
+
+
 class BumpingTurtle(ScreenTurtle):
     """A turtle whose first motions bump into something."""
 
