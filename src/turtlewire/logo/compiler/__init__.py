@@ -153,10 +153,10 @@ class Compiler(Namer):
                 procedure.is_refused = False
                 self._offer(procedure)
 
-    def place_of(self, error: BaseException) -> Place:
-        """Where in the program a compiled function raised this; ``None`` when none did."""
+    def place_of(self, error: BaseException) -> tuple[Place, UserProcedure | None]:
+        """Where in the program a compiled function raised this, and in which procedure; ``None`` when none did."""
         found = innermost(self._records, error)
-        return found[1].node.place if found is not None else None
+        return (found[1].node.place, found[0].procedure) if found is not None else (None, None)
 
     def place_in(self, code: CodeType, line: int) -> Place:
         """Where in the program a compiled function is; ``None`` when it is none of them."""
