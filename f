@@ -1,3 +1,0 @@
-to lf
-print 1
-end
