@@ -130,6 +130,7 @@ class Interpreter:
         self._wants_value = False
         self._depth = 0
         self._node: Node | None = None
+        self._ended_at: Place = None  # where a compiled program was when it was interrupted
         self._body: tuple[Code, list[int]] | None = None  # of the running procedure, and how far it is
         self._is_traced = False  # whether the running procedure is: then nothing takes its place
         self.levels = Progress()
@@ -157,8 +158,11 @@ class Interpreter:
             with room_for_recursion(_FRAMES):
                 try:
                     self._run(source, name)
-                except (KeyboardInterrupt, StoppedError):
-                    self._say_last_words()
+                except BaseException as error:
+                    if self._compiler is not None:
+                        self._ended_at = self._compiler.place_of(error)[0]
+                    if isinstance(error, KeyboardInterrupt | StoppedError):
+                        self._say_last_words()
                     raise
             failed = False
         finally:
@@ -177,6 +181,7 @@ class Interpreter:
 
     def _run(self, source: str, name: str) -> None:
         self.reset()
+        self._ended_at = None
         if "erract" in source.lower():
             self.compiler.switch_off()
         program = read(source, name)
@@ -238,6 +243,7 @@ class Interpreter:
                 if found is not None:
                     return found[0].position(found[1])
                 here = here.f_back
+        place = self._ended_at or place
         return place[0].position(place[1]) if place is not None else None
 
     @property
