@@ -198,8 +198,8 @@ class Interpreter:
         except ThrowError as thrown:
             if thrown.tag != "toplevel":
                 error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
-                place, procedure = self.compiler.place_of(thrown)
-                raise blame.placed(self, error, place or self._place_now(), procedure) from None
+                place = self.compiler.place_of(thrown)[0] or self._place_now()
+                raise blame.placed(self, error, place) from None
         except RecursionError as deep:
             place, procedure = self.compiler.place_of(deep)
             raise blame.placed(self, errors.stack_overflow(), place or self._place_now(), procedure) from None
