@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from typing import TYPE_CHECKING
 
 import pytest
@@ -173,6 +174,24 @@ def test_a_limit_within_a_compiled_procedure_is_handled(make_session: Callable[.
 def test_nothing_is_compiled_for_a_program_that_puts_values_in_the_place_of_errors(session: Session) -> None:
     program = 'to f :x\noutput 1 + :x\nend\nmake "erract [7]\nprint f "a'
     assert session.run(program) == "8\n"
+
+
+@pytest.mark.parametrize("loop", ["repeat 1e9 []", "forever []", "f", 'while [1 = 1] [make "x 1]'])
+def test_an_interrupt_anywhere_in_a_loop_says_where_it_was(session: Session, loop: str) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    session.run("to f\nf\nend")
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        session.interpreter.write = lambda _: signal.setitimer(signal.ITIMER_REAL, 0.002)
+        for _ in range(20):  # each at another place
+            with pytest.raises(KeyboardInterrupt):
+                session.interpreter.run(f"print 1 {loop}", "loop.logo")
+            assert session.interpreter.position is not None
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_without_the_compiler_it_is_the_same(make_session: Callable[..., Session]) -> None:

@@ -128,6 +128,7 @@ class Compiler(Namer):
         self._wanted = []
         try:
             self._refuse_unseen(facts)
+            emitter.site(nodes[0])  # where it is when it is nowhere in particular
             emitter.instructions(nodes)
         except RefusedError:
             return None
@@ -158,10 +159,10 @@ class Compiler(Namer):
         found = innermost(self._records, error)
         return (found[1].node.place, found[0].procedure) if found is not None else (None, None)
 
-    def place_in(self, code: CodeType, line: int) -> Place:
+    def place_in(self, code: CodeType, line: int | None) -> Place:
         """Where in the program a compiled function is; ``None`` when it is none of them."""
         record = self._records.get(code)
-        return record.sites[line - 1].node.place if record is not None else None
+        return record.site_at(line).node.place if record is not None else None
 
     def translated(self, fault: Exception) -> Exception:
         """The Logo error that a fault in a compiled function is."""
@@ -183,7 +184,7 @@ class Compiler(Namer):
     def node_at(self, frame: FrameType) -> tuple[Node, UserProcedure | None]:
         """The instruction that a compiled function is at, and its procedure."""
         record = self._records[frame.f_code]
-        return record.sites[frame.f_lineno - 1].node, record.procedure
+        return record.site_at(frame.f_lineno).node, record.procedure
 
     def source(self, procedure: UserProcedure) -> str | None:
         """The Python that a procedure became, as text; ``None`` when it is the evaluator's."""
@@ -278,6 +279,8 @@ class Compiler(Namer):
                 hidden.append(key)
         emitter.binds_dynamically = bool(hidden)
         self._bind_locals(emitter, procedure, may_be_local)
+        if nodes:
+            emitter.site(nodes[0])  # where it is when it is nowhere in particular
         body = emitter.within(lambda: self._body(emitter, procedure, nodes))
         if ending.begins_anew:
             body = [py.forever(body)]

@@ -65,6 +65,11 @@ class Record:
             self._sites.append(Site(Literal("", None), ""))
         return self._sites
 
+    def site_at(self, line: int | None) -> Site:
+        """The instruction that a frame is at; the first for a frame that is between two (Python gives it no line)."""
+        sites = self.sites
+        return sites[line - 1] if line is not None and 1 <= line <= len(sites) else sites[0]
+
 
 def innermost(
     records: dict[CodeType, Record], error: BaseException
@@ -74,7 +79,7 @@ def innermost(
     while trace is not None:
         record = records.get(trace.tb_frame.f_code)
         if record is not None:
-            outer, found = found, (record, record.sites[trace.tb_lineno - 1], trace)
+            outer, found = found, (record, record.site_at(trace.tb_lineno), trace)
         trace = trace.tb_next
     return outer if found is not None and _is_for_caller(error, found[0], found[1]) else found
 
