@@ -93,7 +93,9 @@ def ucblogo(program: Path) -> Result | None:
 
 def py3logo(program: Path) -> Result | None:
     """PyPI's py3logo."""
-    return timed([sys.executable, "-m", "py3logo.script", "-c", "-q", str(program)])
+    result = timed([sys.executable, "-m", "py3logo.script", "-c", "-q", str(program)])
+    # It says what it loads, on the standard output.
+    return result._replace(printed=result.printed.partition("\n")[2]) if result is not None else None
 
 
 def best(run: list[Result | None]) -> Result | None:

@@ -7,7 +7,7 @@ before it moves there too, so that everything happens in Logo's order.
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.facts import MOVING, RUNS, chapter_of, is_plain, literal_name
@@ -375,32 +375,26 @@ class Ending:
         return False
 
 
-class Namer:
+class Namer(Protocol):
     """By which names functions find what they use; see ``Compiler``, which has the things themselves."""
 
     def primitive(self, primitive: Any, *, moves: bool) -> str:
         """The function of a primitive."""
-        raise NotImplementedError
 
     def procedure(self, procedure: UserProcedure, *, as_command: bool) -> str:
         """The function of a procedure."""
-        raise NotImplementedError
 
     def constant(self, value: Any, node: Literal) -> str:
         """A list that stands in the program."""
-        raise NotImplementedError
 
     def always_outputs(self, procedure: UserProcedure) -> bool:
         """Whether a procedure outputs whenever it ends."""
-        raise NotImplementedError
 
     def never_outputs(self, procedure: UserProcedure) -> bool:
         """Whether a procedure never outputs."""
-        raise NotImplementedError
 
     def moving_names(self) -> frozenset[str]:
         """The names of all that may move the robot."""
-        raise NotImplementedError
 
 
 def identifier(text: str) -> str:
