@@ -98,7 +98,8 @@ def outcome(program: str) -> object:
 SHOWN = ("po", "text", "edit", "error", "save", "trace")
 
 
-def test_laid_out_programs_do_what_they_did() -> None:
+def test_laid_out_programs_do_what_they_did(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # for the files that programs write
     compared = 0
     for path in sorted((ROOT / "tests" / "vectors" / "logo").glob("*.json")):
         for case in json.loads(path.read_text("utf-8"))["cases"]:
