@@ -15,8 +15,8 @@ def execute(programs: list[str]) -> int:
     import random
 
     from turtlewire.logo import Interpreter, ScreenTurtle
+    from turtlewire.logo.definitions import define_from_title
     from turtlewire.logo.reader import Definition, read
-    from turtlewire.logo.workspace import define_from_title
 
     for each in programs or ["-"]:
         logo = Interpreter(ScreenTurtle(), output.write, random.Random())

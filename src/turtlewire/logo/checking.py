@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.logo import errors
+from turtlewire.logo.definitions import define_from_title
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.instructions import inputs_of, run_lists, scratch
 from turtlewire.logo.procedures import UserProcedure
@@ -27,7 +28,6 @@ from turtlewire.logo.syntax import (
 )
 from turtlewire.logo.tokens import PRECEDENCE, Place, Token, tokenize
 from turtlewire.logo.values import plain, show_in_error
-from turtlewire.logo.workspace import define_from_title
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

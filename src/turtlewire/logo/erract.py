@@ -7,12 +7,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.logo.errors import does_not_like
 from turtlewire.logo.procedures import OPERATION, ThrowError
-from turtlewire.logo.values import VALUE_TYPES, equal
+from turtlewire.logo.syntax import Call, Literal
+from turtlewire.logo.values import VALUE_TYPES, equal, show_in_error
 
 if TYPE_CHECKING:
     from turtlewire.logo.errors import LogoError
     from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.procedures import BadInputError, Result
+    from turtlewire.logo.syntax import Invocation, Node
     from turtlewire.logo.values import Value
 
 # Those of the manual's appendix after which a program can go on with another value.
@@ -52,3 +56,24 @@ def refuse_loop(logo: Interpreter, bad: Value, value: Value) -> None:
     if equal(bad, value):
         logo.write("Erract loop\n")
         raise ThrowError("toplevel", None)
+
+
+def call_again(
+    logo: Interpreter, node: Call | Invocation, inputs: list[Value], bad: BadInputError, how: int
+) -> Result:
+    """Call a primitive again with another value instead of an input that it does not like.
+
+    Raises:
+        LogoError: nothing is to stand in for it; see ``value_instead``.
+        ThrowError: the same again.
+    """
+    error = does_not_like(node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted)
+    value = logo.fail(error, node.place)
+    if isinstance(node, Call):
+        for index, each in enumerate(inputs):
+            if each is bad.value:
+                literals: list[Node] = [Literal(given, node.place) for given in inputs]
+                literals[index] = Literal(value, node.place)
+                refuse_loop(logo, bad.value, value)
+                return logo.evaluate(Call(node.primitive, node.name, literals, node.place), how)
+    raise error

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
-from turtlewire.errors import StoppedError, TurtlewireError
+from turtlewire.errors import LimitReachedError, StoppedError, TurtlewireError
 from turtlewire.logo import blame
 from turtlewire.logo.procedures import COMMAND
 from turtlewire.logo.turtles import LimitsReachedError, Turtles
 from turtlewire.turtle import Pose, Turtle
 
 if TYPE_CHECKING:
-    from turtlewire.errors import LimitReachedError
+    from collections.abc import Callable
+    from types import FrameType
+
     from turtlewire.logo.evaluator import Interpreter
-    from turtlewire.logo.procedures import Result
+    from turtlewire.logo.procedures import Primitive, Result
     from turtlewire.logo.syntax import Node
-    from turtlewire.logo.values import List
+    from turtlewire.logo.values import List, Value
 
 LAST_WORDS_S = 2.0  # how long the horn may sound before control is given back
 
@@ -35,6 +38,13 @@ class Events:
         self.limit_changed = False
         self.sensor = ""
         self.stop: List | None = None
+
+
+def set_limit_handler(logo: Interpreter, handler: List | None) -> None:
+    """Install what is run when a limit sensor ends a command, or remove it."""
+    logo.turtles.all.set_step_by_step(handler is not None)
+    logo.events.limit = handler
+    logo.events.limit_changed = True
 
 
 def handle_limit(logo: Interpreter, limit: LimitReachedError, node: Node) -> Result:
@@ -74,6 +84,43 @@ def handle_limit(logo: Interpreter, limit: LimitReachedError, node: Node) -> Res
         if team:
             logo.turtle = turtles.tell(outer)
     return None
+
+
+def watching_limits(logo: Interpreter, primitive: Primitive) -> Callable[..., Result]:
+    """A primitive that moves the robot, for compiled functions: ONLIMIT is heeded."""
+    function = primitive.function
+
+    def none(_logo: Interpreter) -> Result:
+        try:
+            return function(logo)
+        except LimitReachedError as limit:
+            return _limit_reached(logo, limit, sys._getframe(1))
+
+    def one(_logo: Interpreter, value: Value) -> Result:
+        try:
+            return function(logo, value)
+        except LimitReachedError as limit:
+            return _limit_reached(logo, limit, sys._getframe(1))
+
+    def more(_logo: Interpreter, *inputs: Value) -> Result:
+        try:
+            return function(logo, *inputs)
+        except LimitReachedError as limit:
+            return _limit_reached(logo, limit, sys._getframe(1))
+
+    fewest, most = primitive.minimum_inputs, primitive.maximum_inputs
+    if fewest == most == 0:
+        return none
+    return one if fewest == most == 1 else more
+
+
+def _limit_reached(logo: Interpreter, limit: LimitReachedError, frame: FrameType) -> Result:
+    node, procedure = logo.compiler.node_at(frame)
+    outer, logo.procedure = logo.procedure, procedure
+    try:
+        return handle_limit(logo, limit, node)
+    finally:
+        logo.procedure = outer
 
 
 class StoppedTurtle(Turtle):

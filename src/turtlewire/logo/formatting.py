@@ -11,13 +11,13 @@ import contextlib
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
+from turtlewire.logo.definitions import define_from_title
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.instructions import inputs_of, run_lists, scratch
 from turtlewire.logo.reader import Definition, Line, read, value_of
 from turtlewire.logo.syntax import Parser
 from turtlewire.logo.tokens import PRECEDENCE, Token, tokenize
 from turtlewire.logo.values import show, to_text
-from turtlewire.logo.workspace import define_from_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.logo.definitions import define_from_title
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import COMMAND, Result, ThrowError
 from turtlewire.logo.reader import Definition, read
-from turtlewire.logo.workspace import define_from_title
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter

@@ -1,6 +1,15 @@
-"""How far a program has come: its outermost loops and bodies, each as (index, total)."""
+"""How far a program has come: its outermost loops and bodies, each as (index, total); and where it is."""
 
 from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import CodeType, FrameType
+
+    from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.tokens import Place
 
 _WATCHED = 6  # deeper loops move the estimate too little to be worth the time
 
@@ -55,3 +64,17 @@ class Progress:
             share /= total
         self._best = max(self._best, min(done, 1.0))
         return self._best
+
+
+def running_place(logo: Interpreter, evaluates: CodeType) -> Place:
+    """Where a compiled function is, in whatever thread; ``None`` when the evaluator, which is this code, runs last."""
+    for frame in sys._current_frames().values():
+        here: FrameType | None = frame
+        while here is not None:
+            if here.f_code is evaluates and here.f_locals.get("self") is logo:
+                break
+            found = logo.compiler.place_in(here.f_code, here.f_lineno)
+            if found is not None:
+                return found
+            here = here.f_back
+    return None

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
+from turtlewire.logo.calls import call_primitive, expansion, invoke
+from turtlewire.logo.definitions import made_procedure
 from turtlewire.logo.errors import (
     does_not_like,
     not_enough_inputs,
@@ -24,7 +26,6 @@ from turtlewire.logo.procedures import (
 )
 from turtlewire.logo.syntax import Invocation
 from turtlewire.logo.values import List, Value, members_of, plain, show_in_error, to_text, to_words
-from turtlewire.logo.workspace import made_procedure
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -118,11 +119,11 @@ def _apply_named(logo: Interpreter, found: Named, inputs: list[Value], how: int)
     if isinstance(procedure, UserProcedure):
         invocation = Invocation(procedure, name, [], None)
         if not procedure.is_macro:
-            return logo.invoke(invocation, inputs, wants_value=how == OPERATION)
-        result: Result = logo.expansion(invocation, inputs, may_be_empty=True)
+            return invoke(logo, invocation, inputs, wants_value=how == OPERATION)
+        result: Result = expansion(logo, invocation, inputs, may_be_empty=True)
     else:
         try:
-            result = logo.call_primitive(procedure, inputs)
+            result = call_primitive(logo, procedure, inputs)
         except BadInputError as bad:
             shown = show_in_error(bad.value)
             raise does_not_like(name, shown, number=bad.number, wanted=bad.wanted) from None

@@ -49,14 +49,14 @@ class TestDepth:
     def test_last_calls_take_no_depth(
         self, session: Session, body: str, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("turtlewire.logo.evaluator.MAX_DEPTH", 100)
+        monkeypatch.setattr("turtlewire.logo.calls.MAX_DEPTH", 100)
         body = body.replace("run (list", "if :n > 0 [run (list") + ("]" if "run (list" in body else "")
         session.run(f"to f :n\n{body}\nend\nto g :n\n{body}\nend\nf 2000")
 
     def test_outputs_of_last_calls_take_no_depth(
         self, session: Session, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("turtlewire.logo.evaluator.MAX_DEPTH", 100)
+        monkeypatch.setattr("turtlewire.logo.calls.MAX_DEPTH", 100)
         program = (
             'to e :n\nif :n = 0 [output "true]\noutput o :n - 1\nend\n'
             'to o :n\nif :n = 0 [output "false]\noutput e :n - 1\nend\nprint e 2000'

@@ -6,6 +6,7 @@ import ast
 import hashlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from turtlewire.logo.calls import invoke
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, identifier, is_simple
 from turtlewire.logo.compiler.ending import ProcedureEnding
@@ -14,6 +15,7 @@ from turtlewire.logo.compiler.fast import FAST
 from turtlewire.logo.compiler.faults import Record, innermost, translated
 from turtlewire.logo.compiler.runtime import helpers
 from turtlewire.logo.compiler.store import Kept, Store
+from turtlewire.logo.events import watching_limits
 from turtlewire.logo.primitives import PRIMITIVES
 from turtlewire.logo.procedures import Primitive, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation, Literal
@@ -466,9 +468,8 @@ class Compiler(Namer):
         self._globals[f"c_{name}"] = command
 
     def _called(self, procedure: UserProcedure, inputs: list[Value], *, wants_value: bool) -> Value | None:
-        return self._logo.invoke(
-            Invocation(procedure, procedure.name, [], None), inputs, wants_value=wants_value
-        )
+        call = Invocation(procedure, procedure.name, [], None)
+        return invoke(self._logo, call, inputs, wants_value=wants_value)
 
     # ------------------------------------------------------------------ names
 
@@ -483,7 +484,7 @@ class Compiler(Namer):
         name = f"{'m' if moves else 'f'}_{identifier(primitive.name)}"
         if name not in self._globals:
             if moves:
-                self._globals[name] = self._logo.watching_limits(primitive)
+                self._globals[name] = watching_limits(self._logo, primitive)
                 self._moving.add(name)
             else:
                 faster = FAST.get(primitive.name)

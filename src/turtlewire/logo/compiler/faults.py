@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo import blame, errors
+from turtlewire.logo.calls import call_primitive
 from turtlewire.logo.compiler.emit import Site
 from turtlewire.logo.compiler.runtime import ConditionError, LateError, SilentError, UnusedError
 from turtlewire.logo.errors import LogoError
@@ -160,7 +161,7 @@ def _refused(logo: Interpreter, site: Site, frame: FrameType) -> LogoError | Non
             name = operand.node.name if isinstance(operand.node, Call | Invocation) else str(operand.what)
             return errors.did_not_output(name, node.name)
     try:
-        logo.call_primitive(node.primitive, values)
+        call_primitive(logo, node.primitive, values)
     except BadInputError as bad:
         return errors.does_not_like(node.name, show_in_error(bad.value), number=bad.number, wanted=bad.wanted)
     return None

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.blame import refuse_several
+from turtlewire.logo.calls import invoke
+from turtlewire.logo.definitions import define_from_list
 from turtlewire.logo.errors import LogoError, did_not_output
 from turtlewire.logo.primitives.inputs import answer, key, text
 from turtlewire.logo.procedures import BadInputError, Chapter, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import Array, List, Value, make_list, members_of, show_in_error, word
-from turtlewire.logo.workspace import define_from_list
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
@@ -50,7 +51,7 @@ def _macroexpand(logo: Interpreter, expression: Value) -> Value:
             raise BadInputError(expression, wanted="a list that invokes a macro")
         raise LogoError(35, f"{show_in_error(first)} is not a macro.")
     refuse_several(code)
-    expansion = logo.invoke(node, logo.inputs_of(node), wants_value=True)
+    expansion = invoke(logo, node, logo.inputs_of(node), wants_value=True)
     if expansion is None:
         raise did_not_output(node.name, "macroexpand")
     return expansion

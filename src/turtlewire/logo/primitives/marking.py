@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.logo.definitions import may_redefine
 from turtlewire.logo.errors import is_primitive
 from turtlewire.logo.library import LIBRARY
 from turtlewire.logo.marks import Contents
 from turtlewire.logo.primitives.inputs import answer
 from turtlewire.logo.primitives.inspection import all_contents, contents_of, names_input
 from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
-from turtlewire.logo.workspace import may_redefine
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter

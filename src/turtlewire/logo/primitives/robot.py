@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.logo.events import set_limit_handler
 from turtlewire.logo.primitives.inputs import finite, integer, text
 from turtlewire.logo.procedures import COMMAND, OPERATION, BadInputError, Chapter, Result
 from turtlewire.logo.values import make_list, members_of, plain, word
@@ -64,7 +65,7 @@ def _wait(logo: Interpreter, sixtieths: Value) -> None:
 def _onlimit(logo: Interpreter, handler: Value) -> None:
     if not isinstance(handler, list):
         raise BadInputError(handler, wanted="a list of instructions, or [] for none")
-    logo.set_limit_handler(handler or None)
+    set_limit_handler(logo, handler or None)
 
 
 @primitive("limitsensor", 0)

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from turtlewire import whole_file
+from turtlewire.logo.definitions import define_from_title
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.open_file import cannot_open
 from turtlewire.logo.primitives.files import file_name
@@ -15,7 +16,6 @@ from turtlewire.logo.primitives.inspection import all_contents, contents_of, def
 from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter
 from turtlewire.logo.reader import Definition, read
 from turtlewire.logo.values import TRUE, make_list
-from turtlewire.logo.workspace import define_from_title
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter

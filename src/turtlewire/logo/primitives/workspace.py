@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.logo.definitions import copy_definition, define_from_list
 from turtlewire.logo.errors import LogoError, is_primitive, no_value, unknown_procedure
 from turtlewire.logo.primitives.inputs import answer, key, text
 from turtlewire.logo.primitives.predicates import ignores_case
@@ -13,7 +14,6 @@ from turtlewire.logo.reader import read_list
 from turtlewire.logo.scope import set_local
 from turtlewire.logo.tracing import tell_property, tell_variable
 from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain, word
-from turtlewire.logo.workspace import copy_definition, define_from_list
 
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter

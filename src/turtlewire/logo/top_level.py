@@ -1,0 +1,46 @@
+"""The top level: a whole program, line by line; what it throws and nothing catches ends here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from turtlewire.logo import blame, errors
+from turtlewire.logo.calls import call_compiled
+from turtlewire.logo.definitions import define_from_title
+from turtlewire.logo.errors import LogoError
+from turtlewire.logo.procedures import COMMAND, ThrowError
+from turtlewire.logo.reader import Definition, read
+
+if TYPE_CHECKING:
+    from turtlewire.logo.evaluator import Interpreter
+
+
+def run_lines(logo: Interpreter, source: str, name: str) -> None:
+    """Read a program and run its lines.
+
+    Raises:
+        LogoError: the program is wrong. Nothing of it has run when it could not be read.
+    """
+    logo.reset()
+    if "erract" in source.lower():
+        logo.compiler.switch_off()
+    program = read(source, name)
+    level = logo.levels.start(len(program))
+    try:
+        for index, line in enumerate(program):
+            level[0] = index
+            if isinstance(line, Definition):
+                define_from_title(logo, line)
+            elif (function := logo.compiler.line(line)) is not None:
+                call_compiled(logo, function, [])
+            else:
+                logo.run_line(line, COMMAND)
+    except ThrowError as thrown:
+        if thrown.tag != "toplevel":
+            error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
+            place = logo.compiler.place_of(thrown)[0] or logo.place
+            raise blame.placed(logo, error, place) from None
+    except RecursionError as deep:
+        place, procedure = logo.compiler.place_of(deep)
+        raise blame.placed(logo, errors.stack_overflow(), place or logo.place, procedure) from None
+    logo.levels.finish()
