@@ -69,7 +69,7 @@ format: $(DEV) ## format the Python code, and the C++ of the firmware
 	@$(BIN)/ruff check --quiet --fix .
 
 nightly: $(DEV) tools ## the long tests: ten million inputs for each decoder, 10^8 for the core, mutation, soaks
-	@$(PIP_INSTALL) --editable '.[dev,fuzz]'
+	@$(PIP_INSTALL) --editable '.[console,dev,fuzz]'
 	@$(BIN)/python -m pytest -q -m nightly
 	@for robot in simple frame walter; do $(BIN)/python -m tests.soak $$robot || exit 1; done
 	@$(BIN)/python -m tools.mutation
@@ -106,11 +106,11 @@ $(RUNTIME): pyproject.toml
 
 $(DEV): pyproject.toml
 	@$(make_environment)
-	@$(PIP_INSTALL) --editable '.[dev]'
+	@$(PIP_INSTALL) --editable '.[console,dev]'
 	@touch $@ $(RUNTIME)
 
 $(BENCH): $(DEV)
-	@$(PIP_INSTALL) --editable '.[dev,bench]'
+	@$(PIP_INSTALL) --editable '.[bench,console,dev]'
 	@touch $@
 
 # A working .venv is kept and only brought up to date. Debian keeps venv in a package of its own: installed

@@ -18,15 +18,15 @@ from turtlewire.connect import connect_async
 from turtlewire.dashboard.app import HOLD, Dashboard
 from turtlewire.dashboard.controls import Controls
 from turtlewire.dashboard.layouts import layout
-from turtlewire.dashboard.sight import Ear, Sight
-from turtlewire.dashboard.view import Notice
-from turtlewire.dashboard.wire import Tap
+from turtlewire.helm.sight import Ear, Sight
+from turtlewire.helm.view import Notice
+from turtlewire.helm.wire import Tap
 from turtlewire.robots.runner import InlineRunner
 
 if TYPE_CHECKING:
     from turtlewire.configuration import Target
-    from turtlewire.dashboard.helm import Helm
-    from turtlewire.dashboard.view import View
+    from turtlewire.helm.helm import Helm
+    from turtlewire.helm.view import View
     from turtlewire.links.link import Link
 
 SIZE = (100, 30)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from turtlewire.cli.signals import Signals
     from turtlewire.configuration import Target
     from turtlewire.dashboard.controls import Controls
-    from turtlewire.dashboard.helm import Helm
+    from turtlewire.helm.helm import Helm
 
 # How long a key counts, in milliseconds: the pause before keys repeat is 660 at most by default (a bare X server),
 # the time between repetitions 40.
@@ -98,7 +98,7 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     target, pace = _target(arguments)
     _need_terminal()
     from turtlewire.dashboard.app import Dashboard
-    from turtlewire.dashboard.helm import Helm
+    from turtlewire.helm.helm import Helm
 
     helm = Helm(target, pace=pace, announce=_announce)
     output.tell(f"connecting to the {helm.title} ...")

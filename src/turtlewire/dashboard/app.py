@@ -15,8 +15,7 @@ from textual.widget import Widget
 
 from turtlewire.dashboard import keyboard, panels
 from turtlewire.dashboard.chart import Chart, Path
-from turtlewire.dashboard.controls import Wish
-from turtlewire.dashboard.layouts import Action
+from turtlewire.helm.wishes import Action, Wish
 from turtlewire.turtle import HOME
 
 if TYPE_CHECKING:
@@ -25,10 +24,11 @@ if TYPE_CHECKING:
     from textual import events
     from textual.driver import Driver
 
-    from turtlewire.dashboard.controls import Controls, Order
-    from turtlewire.dashboard.helm import Helm
+    from turtlewire.dashboard.controls import Controls
     from turtlewire.dashboard.terminal import KeyEvent
-    from turtlewire.dashboard.view import View
+    from turtlewire.helm.helm import Helm
+    from turtlewire.helm.view import View
+    from turtlewire.helm.wishes import Order
 
 # How often keys are looked at whose time may be over, and how often a wish that goes on is sent again.
 TICK_S, RENEW_S = 0.03, 0.1

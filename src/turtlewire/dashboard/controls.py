@@ -9,7 +9,8 @@ import math
 from typing import NamedTuple
 
 from turtlewire.dashboard.holding import Axis, Grip, Holding
-from turtlewire.dashboard.layouts import HORN, Action, Layout
+from turtlewire.dashboard.layouts import HORN, Layout
+from turtlewire.helm.wishes import Action, Order, Wish
 
 FULL_SPEED = 255
 STEPS = 9
@@ -23,35 +24,6 @@ SPEEDS = (
     Action.TURN_FASTER,
     Action.TURN_SLOWER,
 )
-
-
-class Wish(NamedTuple):
-    """What the robot is to do as long as nothing else is wished.
-
-    Attributes:
-        speed, turn: -1..1, as ``Drive.drive`` takes them.
-        horn: whether it sounds.
-        until: when it ends, seconds; infinite: latched.
-        number: of the key press that it is of. A wish that was ended by a stop or an error has its number, too.
-    """
-
-    speed: float = 0.0
-    turn: float = 0.0
-    horn: bool = False
-    until: float = -math.inf
-    number: int = 0
-
-    @property
-    def moves(self) -> bool:
-        """Whether the robot is to move."""
-        return bool(self.speed or self.turn)
-
-
-class Order(NamedTuple):
-    """Something to do once; ``value`` is a speed, for those of the speeds."""
-
-    action: Action
-    value: int = 0
 
 
 class Entry(NamedTuple):

@@ -2,36 +2,13 @@
 
 from __future__ import annotations
 
-from enum import Enum, auto
 from typing import TYPE_CHECKING, NamedTuple
 
 from turtlewire.dashboard.holding import Axis
+from turtlewire.helm.wishes import Action
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from turtlewire.protocols.walter.messages import DirectKey
-
-
-class Action(Enum):
-    """What a key does that is not held."""
-
-    STOP = auto()
-    QUIT = auto()
-    RESUME = auto()
-    FASTER = auto()
-    SLOWER = auto()
-    LAMP = auto()
-    PEN = auto()
-    RAISE_PEN = auto()
-    LOWER_PEN = auto()
-    # WALTER has two speeds, each with keys of its own.
-    MOVE_FASTER = auto()
-    MOVE_SLOWER = auto()
-    TURN_FASTER = auto()
-    TURN_SLOWER = auto()
-    ASK_MOVE_SPEED = auto()
-    ASK_TURN_SPEED = auto()
 
 
 class Help(NamedTuple):
@@ -136,17 +113,3 @@ WALTER = Layout(
 def layout(protocol: str) -> Layout:
     """The keys of the robot that speaks a protocol."""
     return WALTER if protocol == "walter" else WASD
-
-
-def walter_key(action: Action) -> DirectKey | None:
-    """What WALTER is sent for one of its own keys; None: it is not one of those."""
-    from turtlewire.protocols.walter import messages
-
-    return {
-        Action.RAISE_PEN: messages.RaisePen(),
-        Action.LOWER_PEN: messages.LowerPen(),
-        Action.MOVE_FASTER: messages.MoveFaster(),
-        Action.MOVE_SLOWER: messages.MoveSlower(),
-        Action.TURN_FASTER: messages.TurnFaster(),
-        Action.TURN_SLOWER: messages.TurnSlower(),
-    }.get(action)

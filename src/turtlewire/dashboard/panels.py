@@ -8,16 +8,17 @@ from rich.text import Text
 
 from turtlewire.dashboard import chart
 from turtlewire.dashboard.controls import FULL_SPEED, STEPS
-from turtlewire.dashboard.layouts import Action
+from turtlewire.helm.wishes import Action
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from turtlewire.dashboard.canvas import Cell
-    from turtlewire.dashboard.controls import Controls, Wish
+    from turtlewire.dashboard.controls import Controls
     from turtlewire.dashboard.layouts import Layout
-    from turtlewire.dashboard.view import Level, Notice, View
-    from turtlewire.dashboard.wire import Line
+    from turtlewire.helm.view import Level, Notice, View
+    from turtlewire.helm.wire import Line
+    from turtlewire.helm.wishes import Wish
 
 STYLES = {
     chart.PEN_UP: "dim",

@@ -14,9 +14,9 @@ from turtlewire.configuration import target
 from turtlewire.dashboard import keyboard, panels
 from turtlewire.dashboard.app import Dashboard
 from turtlewire.dashboard.controls import Controls
-from turtlewire.dashboard.helm import Helm
 from turtlewire.dashboard.layouts import layout
 from turtlewire.dashboard.terminal import HungUp, KeyEvent, Shown
+from turtlewire.helm.helm import Helm
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator

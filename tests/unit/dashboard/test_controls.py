@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from turtlewire.dashboard.controls import Controls, Order, Wish
-from turtlewire.dashboard.layouts import WALTER, WASD, Action, layout
+from turtlewire.dashboard.controls import Controls
+from turtlewire.dashboard.layouts import WALTER, WASD, layout
+from turtlewire.helm.wishes import Action, Order, Wish
 
 
 def controls(protocol: str = "frame", *, latched: bool = False, speed: int = 100) -> Controls:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from turtlewire.dashboard import panels
 from turtlewire.dashboard.canvas import Cell
-from turtlewire.dashboard.controls import Controls, Wish
+from turtlewire.dashboard.controls import Controls
 from turtlewire.dashboard.layouts import layout
-from turtlewire.dashboard.view import Notice, View
-from turtlewire.dashboard.wire import Line
+from turtlewire.helm.view import Notice, View
+from turtlewire.helm.wire import Line
+from turtlewire.helm.wishes import Wish
 from turtlewire.turtle import Pose
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from turtlewire.configuration import Target
-from turtlewire.dashboard.sight import Ear, title
-from turtlewire.dashboard.wire import MAX_LINES, Messages, Tap
+from turtlewire.helm.sight import Ear, title
+from turtlewire.helm.wire import MAX_LINES, Messages, Tap
 from turtlewire.links.memory import MemoryLink
 from turtlewire.protocols.frame.codec import FrameEncoder
 from turtlewire.protocols.frame.dialect import shipped

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from turtlewire.dashboard.speedometer import Speedometer
+from turtlewire.helm.speedometer import Speedometer
 from turtlewire.turtle import HOME, Pose
 
 

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from turtlewire.configuration import target
-from turtlewire.dashboard import helm as helm_module
-from turtlewire.dashboard.controls import Order, Wish
-from turtlewire.dashboard.helm import Helm
-from turtlewire.dashboard.layouts import Action
 from turtlewire.errors import LinkClosedError, NoReplyError
+from turtlewire.helm import helm as helm_module
+from turtlewire.helm.helm import Helm
+from turtlewire.helm.wishes import Action, Order, Wish
 from turtlewire.links.memory import MemoryLink
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.dashboard.speedometer import Speedometer
-from turtlewire.dashboard.view import Notice, View
-from turtlewire.dashboard.wire import Messages, Tap
+from turtlewire.helm.speedometer import Speedometer
+from turtlewire.helm.view import Notice, View
+from turtlewire.helm.wire import Messages, Tap
 from turtlewire.links.real_time import RealTimeLink
 from turtlewire.protocols import catalogue
 from turtlewire.robots.frame import Frame

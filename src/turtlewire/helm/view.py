@@ -9,7 +9,7 @@ from turtlewire.turtle import HOME, Pose
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from turtlewire.dashboard.wire import Line
+    from turtlewire.helm.wire import Line
 
 # How sure the pose is: seen (a simulated robot), told by the robot itself, or reckoned from what it was told.
 Certainty = Literal["seen", "told", "reckoned"]

@@ -1,6 +1,6 @@
-"""Carries out what somebody at the keyboard wants, and tells what becomes of it.
+"""Carries out what somebody wants who drives by hand, and tells what becomes of it.
 
-The robot is driven in a thread of its own, which goes on when the dashboard does not: whatever is wished ends in its
+The robot is driven in a thread of its own, which goes on when whoever shows it does not: whatever is wished ends in its
 time, here and once more in the driver, by the time to live of its set-points.
 """
 
@@ -13,10 +13,6 @@ import time
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from turtlewire.dashboard.controls import Order, Wish
-from turtlewire.dashboard.layouts import Action, walter_key
-from turtlewire.dashboard.sight import Ear, Sight, title
-from turtlewire.dashboard.view import Level, Notice, View
 from turtlewire.errors import (
     LimitReachedError,
     LinkClosedError,
@@ -24,6 +20,9 @@ from turtlewire.errors import (
     StoppedError,
     TurtlewireError,
 )
+from turtlewire.helm.sight import Ear, Sight, title
+from turtlewire.helm.view import Level, Notice, View
+from turtlewire.helm.wishes import Action, Order, Wish, walter_key
 from turtlewire.robots.runner import ThreadRunner
 from turtlewire.robots.walter import AsyncWalter
 
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
 # A set-point lives so much longer in the driver than its wish, so that a gentle stop comes first.
 MARGIN_S = 0.1
-# A wish without an end is renewed by a dashboard that is alive; its set-points live no longer than this.
+# A wish without an end is renewed by whoever is alive; its set-points live no longer than this.
 LATCHED_S = 1.0
 # The stop that ends a wish is sent once more: it may have got lost.
 SURE_S = 0.15
@@ -79,7 +78,7 @@ class Helm:
         self.refused = 0
         self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
 
-    # ------------------------------------------------------------------ from the dashboard
+    # ------------------------------------------------------------------ from whoever drives
 
     def connect(self) -> None:
         """Reach the robot. Raises what ``turtlewire.connect`` raises."""
