@@ -1,6 +1,7 @@
 """A link with faults, so that everybody can see what noise does: bytes lost, added, flipped, doubled, late, cut up.
 
-By rate and by schedule, deterministic by seed. Wraps any link; the driver does not know.
+By rate and by schedule, deterministic by seed. Wraps any link; the driver does not know. Somebody who watches can
+change all that while the link is open, hold everything back, or pull the plug.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ def _within(value: float, most: float = 1e9) -> float:
 
 
 class FaultyLink(Link):
-    """A link that has ``faults``.
+    """A link that has ``faults``. All methods are for the thread that reads it.
 
     Attributes:
         within: the link that has them.
@@ -104,16 +105,52 @@ class FaultyLink(Link):
         self._faults = faults
         self._random = random.Random(faults.seed)
         self._started_s = link.now()
-        self._reopened_s = -math.inf
+        self._closes_s, self._gone_s = self._started_s + faults.close_at_s, faults.gone_s
         self._number = 0
         # (when, number, bytes), earliest first.
         self._to_robot: list[tuple[float, int, bytes]] = []
         self._to_host: list[tuple[float, int, bytes]] = []
         self._latest = {"robot": -math.inf, "host": -math.inf}
+        # Until when nothing of what is due gets through: somebody stalls it.
+        self._held = {"robot": -math.inf, "host": -math.inf}
 
     def now(self) -> float:
         """Seconds on the clock of the link within."""
         return self._link.now()
+
+    # ------------------------------------------------------------------ for whoever watches
+
+    @property
+    def faults(self) -> Faults:
+        """What goes wrong at the moment, by rate and by schedule."""
+        return self._faults
+
+    def adjust(self, faults: Faults) -> None:
+        """From now on other things go wrong.
+
+        What is late already stays late, so that the order is kept. Chance goes on, unless the seed is another one; the
+        times of a schedule count from when the link was opened. A ``stall`` and an ``unplug`` under way go on.
+        """
+        before, self._faults = self._faults, faults
+        if faults.seed != before.seed:
+            self._random = random.Random(faults.seed)
+        if (faults.close_at_s, faults.gone_s) != (before.close_at_s, before.gone_s):
+            self._closes_s, self._gone_s = self._started_s + faults.close_at_s, faults.gone_s
+        self._link.wake()
+
+    def stall(self, seconds: float) -> None:
+        """For so long nothing gets through, not even what is late already; then all of it."""
+        for to in self._held:
+            if self._faults.to in ("", to):
+                self._held[to] = max(self._held[to], self.now() + seconds)
+        self._link.wake()
+
+    def unplug(self, seconds: float) -> None:
+        """The link ends now, and cannot be opened again for so long."""
+        self._closes_s, self._gone_s = self.now(), seconds
+        self._link.wake()
+
+    # ------------------------------------------------------------------ as a link
 
     def write(self, data: bytes) -> None:
         """Send bytes, or what becomes of them."""
@@ -127,7 +164,8 @@ class FaultyLink(Link):
         self._check_open()
         self._to_robot.clear()
         damaged = self._damaged(data, "robot")
-        at = self._latest["robot"] = self._due("robot", keep_order=False)  # nothing that follows overtakes it
+        at = max(self._due("robot", keep_order=False), self._held["robot"])
+        self._latest["robot"] = at  # nothing that follows overtakes it
         if at <= self.now():
             self._link.write_urgent(damaged)
         else:
@@ -147,7 +185,7 @@ class FaultyLink(Link):
             data = self._pop_for_host()
             if data or self.now() >= until:
                 return data
-            wait = min(until, self._next_due(), self._closes_at())
+            wait = min(until, self._next_due(), self._closes_s)
             data = await self._link.read(wait)
             if data:
                 self._put(self._to_host, data, "host")
@@ -166,26 +204,21 @@ class FaultyLink(Link):
 
     async def reopen(self) -> None:
         """Open the link within again, if it is not to be gone yet; the faults go on as if nothing had happened."""
-        end = self._started_s + self._faults.close_at_s
-        if end <= self.now() < end + self._faults.gone_s:
+        if self._closes_s <= self.now() < self._closes_s + self._gone_s:
             raise PortNotFoundError(f"there is no port {self.url} now: a fault that was asked for")
         await self._link.reopen()
         self._latest = {"robot": -math.inf, "host": -math.inf}
-        self._reopened_s = self.now()
+        if self._closes_s <= self.now():
+            self._closes_s = math.inf  # it ends once
 
     async def sleep(self, until: float) -> None:
         """As the link within; what is late gets through meanwhile."""
         while self.now() < until:
-            await self._link.sleep(min([until, *(at for at, _, _ in self._to_robot)]))
+            await self._link.sleep(min(until, self._next_for("robot", self._to_robot)))
             self._deliver()
 
-    def _closes_at(self) -> float:
-        """When the link will end: once."""
-        at = self._started_s + self._faults.close_at_s
-        return at if at > self._reopened_s else math.inf
-
     def _check_open(self) -> None:
-        if self.now() >= self._closes_at():
+        if self.now() >= self._closes_s:
             raise LinkClosedError(f"the link to {self.url} ended: a fault that was asked for")
 
     def _put(self, queue: list[tuple[float, int, bytes]], data: bytes, to: str) -> None:
@@ -233,14 +266,18 @@ class FaultyLink(Link):
 
     def _deliver(self) -> None:
         """Hand over what is due to the robot."""
-        while self._to_robot and self._to_robot[0][0] <= self.now():
+        while self._next_for("robot", self._to_robot) <= self.now():
             self._link.write(heapq.heappop(self._to_robot)[2])
 
     def _pop_for_host(self) -> bytes:
         """The next piece that is due to the host."""
-        if self._to_host and self._to_host[0][0] <= self.now():
+        if self._next_for("host", self._to_host) <= self.now():
             return heapq.heappop(self._to_host)[2]
         return b""
 
     def _next_due(self) -> float:
-        return min((queue[0][0] for queue in (self._to_robot, self._to_host) if queue), default=math.inf)
+        return min(self._next_for("robot", self._to_robot), self._next_for("host", self._to_host))
+
+    def _next_for(self, to: str, queue: list[tuple[float, int, bytes]]) -> float:
+        """When something of what is on its way there gets through; ``math.inf``: nothing is on its way."""
+        return max(queue[0][0], self._held[to]) if queue else math.inf

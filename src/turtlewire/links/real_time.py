@@ -95,7 +95,9 @@ class RealTimeLink(Link):
     async def sleep(self, until: float) -> None:
         """Let time pass, the robot's too; what it says meanwhile nobody hears."""
         await asyncio.sleep(max(0.0, (until - self.now()) / self._pace))
-        self.now()
+        now = self.now()
+        if self._ended is not None:
+            _run(self._link.sleep(now))  # it goes on with what it was told last
 
 
 def _run(coroutine: Coroutine[object, None, T]) -> T:

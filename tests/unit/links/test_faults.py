@@ -218,6 +218,143 @@ def test_an_urgent_write_is_passed_on_as_urgent() -> None:
     assert end.got == [(0.0, b"discard"), (0.0, b"stop")]
 
 
+# ------------------------------------------------------------------ changed while it is open
+
+
+def test_adjusted_faults_begin_at_once_and_end_without_a_trace() -> None:
+    faulty, end = link("")
+    assert faulty.faults == Faults()
+    faulty.write(b"abc")
+    faulty.adjust(Faults(lose=1.0))
+    assert faulty.faults.lose == 1.0
+    faulty.write(b"def")
+    faulty.adjust(Faults())
+    for byte in range(256):
+        faulty.write(bytes([byte]))
+    assert b"".join(data for _, data in end.got) == b"abc" + bytes(range(256))
+    assert b"".join(read_all(faulty, 5.0)) == b"abc" + bytes(range(256))
+    assert (faulty.lost, faulty.added, faulty.flipped, faulty.duplicated) == (3, 0, 0, 0)
+
+
+def test_what_is_late_stays_late_when_the_delay_ends_and_the_order_is_kept() -> None:
+    faulty, end = link("delay:2,to:robot,seed:1")
+    faulty.write(b"late")
+    assert end.got == []
+    faulty.adjust(Faults())
+    faulty.write(b"new")
+    assert end.got == []
+    assert b"".join(read_all(faulty, 9.0)) == b"latenew"
+    assert [data for _, data in end.got] == [b"late", b"new"]
+    assert 0.0 < end.got[0][0] == end.got[1][0] < 2.0
+    faulty.write(b"at once")
+    assert end.got[-1] == (faulty.now(), b"at once")
+
+
+def test_chance_goes_on_where_the_seed_stays_and_begins_anew_with_another() -> None:
+    def damage(*seeds: int) -> list[bytes]:
+        faulty, end = link("lose:0.5,to:robot,seed:3")
+        faulty.write(bytes(range(100)))
+        for seed in seeds:
+            faulty.adjust(Faults(lose=0.5, to="robot", seed=seed))
+        faulty.write(bytes(range(100)))
+        return [data for _, data in end.got]
+
+    assert damage() == damage(3)
+    first, again = damage(4, 3)
+    assert first == again == damage()[0] != damage()[1]
+
+
+def test_a_stall_by_hand_holds_back_what_is_late_and_what_is_new() -> None:
+    faulty, end = link("delay:1,seed:1")
+    faulty.write(b"late")
+    assert read(faulty, 0.01) == b""
+    faulty.stall(3.0)
+    faulty.write(b"new")
+    faulty.adjust(Faults())  # which does not end it
+    assert read(faulty, 3.0) == b""
+    assert end.got == []
+    assert b"".join(read_all(faulty, 9.0)) == b"latenew"
+    assert [at for at, _ in end.got] == [3.01, 3.01]
+
+
+@pytest.mark.parametrize(
+    ("to", "heard_at", "answer_at"), [("robot", 2.0, 3.0), ("host", 0.0, 2.0), ("", 2.0, 3.0)]
+)
+def test_a_stall_by_hand_keeps_to_the_direction(to: str, heard_at: float, answer_at: float) -> None:
+    faulty, end = link(f"to:{to}" if to else "")
+    faulty.stall(2.0)
+    faulty.write(b"x")
+    assert read(faulty, 9.0) == b"x"
+    assert faulty.now() == answer_at
+    assert end.got == [(heard_at, b"x")]
+
+
+def test_an_urgent_write_waits_for_the_end_of_a_stall_and_nothing_overtakes_it() -> None:
+    faulty, end = link("")
+    faulty.stall(2.0)
+    faulty.write(b"move")
+    faulty.write_urgent(b"stop")
+    faulty.write(b"on")
+    read_all(faulty, 9.0)
+    assert end.got == [(2.0, b"stop"), (2.0, b"on")]
+
+
+def test_while_the_link_is_closed_a_stall_ends_no_sleep() -> None:
+    faulty, _ = link("")
+    faulty.write(b"x")
+    faulty.stall(1.0)
+    RUNNER.run(faulty.sleep(4.0))
+    assert faulty.now() == 4.0
+
+
+def test_who_waits_for_bytes_hears_of_the_plug_at_once() -> None:
+    class Woken(MemoryLink):
+        times = 0
+
+        def wake(self) -> None:
+            self.times += 1
+
+    within = Woken(Echo())
+    faulty = FaultyLink(within, Faults())
+    faulty.adjust(Faults())
+    assert within.times == 1
+    faulty.stall(1.0)
+    assert within.times == 2
+    faulty.unplug(1.0)
+    assert within.times == 3
+
+
+def test_the_plug_is_pulled_and_put_back() -> None:
+    faulty, end = link("lose:0")
+    assert read(faulty, 2.0) == b""
+    faulty.unplug(3.0)
+    with pytest.raises(LinkClosedError, match="asked for"):
+        faulty.write(b"x")
+    with pytest.raises(LinkClosedError):
+        read(faulty, 9.0)
+    RUNNER.run(faulty.close())
+    faulty.adjust(Faults(delay_s=0.1))  # which does not put it back
+    for at in (2.0, 4.9):
+        RUNNER.run(faulty.sleep(at))
+        with pytest.raises(PortNotFoundError):
+            RUNNER.run(faulty.reopen())
+    RUNNER.run(faulty.sleep(5.0))
+    RUNNER.run(faulty.reopen())
+    assert end.opened == 1
+    faulty.write(b"on")
+    assert read(faulty, 20.0) == b"on"
+
+
+def test_an_end_by_schedule_can_be_put_off() -> None:
+    faulty, _ = link("close:4")
+    assert read(faulty, 3.0) == b""
+    faulty.adjust(Faults(close_at_s=6.0))
+    assert read(faulty, 5.0) == b""
+    with pytest.raises(LinkClosedError):
+        read(faulty, math.inf)
+    assert faulty.now() == 6.0
+
+
 def test_closing_closes_the_link_within() -> None:
     faulty, _ = link("")
     faulty.wake()

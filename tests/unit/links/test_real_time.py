@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 
-from turtlewire.errors import LinkClosedError
+from turtlewire.errors import LinkClosedError, PortNotFoundError
 from turtlewire.links.faults import Faults, FaultyLink
 from turtlewire.links.memory import MemoryLink
 from turtlewire.links.real_time import RealTimeLink
@@ -107,3 +107,30 @@ def test_a_link_that_ends_and_is_opened_again() -> None:
         assert await link.read(link.now() + 1.0) == b""
 
     run(end())
+
+
+def test_a_robot_whose_plug_is_pulled_drives_on() -> None:
+    async def unplug() -> None:
+        robot = SimulatedWalter()
+        link = FaultyLink(RealTimeLink(MemoryLink(robot, "sim:walter"), PACE), Faults())
+        link.write(b"2\rA")  # direct control, start forward
+        await until(lambda: link.now() > 0.0 and robot.pose.y_mm > 10.0)
+        reading = asyncio.create_task(link.read(float("inf")))
+        await asyncio.sleep(0)
+        link.unplug(5.0)
+        assert await reading == b""  # woken
+        with pytest.raises(LinkClosedError, match="asked for"):
+            await link.read(float("inf"))
+        await link.close()
+        with pytest.raises(PortNotFoundError):
+            await link.reopen()
+        before, pulled_s = robot.pose.y_mm, link.now()
+        await link.sleep(pulled_s + 2.0)
+        assert robot.now >= pulled_s + 2.0
+        assert robot.pose.y_mm > before + 20.0
+        await link.sleep(pulled_s + 5.0)
+        await link.reopen()
+        link.write(b" ")
+        await until(lambda: link.now() > 0.0 and not robot.is_moving)
+
+    run(unplug())
