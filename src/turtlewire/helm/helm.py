@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
+    from turtlewire.links.link import Link
     from turtlewire.trace import Obstacle
 
 # A set-point lives so much longer in the driver than its wish, so that a gentle stop comes first.
@@ -55,6 +56,7 @@ class Helm:
         target: the robot.
         pace: of a simulated one: seconds of its time for each second on the wall.
         announce: told where the robot has to be, for a new pty.
+        between: given the link, in real time, returns the link to use instead.
 
     Attributes:
         view: what is to be seen of the robot, made anew again and again.
@@ -63,7 +65,14 @@ class Helm:
         features: what else the robot has, see ``Drive.features``; obstacles: what stands around it. Once connected.
     """
 
-    def __init__(self, target: Target, *, pace: float, announce: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        target: Target,
+        *,
+        pace: float,
+        announce: Callable[[str], None],
+        between: Callable[[Link], Link] = lambda link: link,
+    ) -> None:
         self.title = title(target)
         self.view = View()
         self.failure: BaseException | None = None
@@ -72,6 +81,7 @@ class Helm:
         self._target = target
         self._pace = pace
         self._announce = announce
+        self._between = between
         self._runner: ThreadRunner | None = None
         self._wish = Wish()
         self._orders: deque[Order] = deque()
@@ -136,7 +146,7 @@ class Helm:
 
         self._loop = asyncio.get_running_loop()
         self._wake = asyncio.Event()
-        ear = Ear(self._target, self._pace)
+        ear = Ear(self._target, self._pace, self._between)
         robot: AsyncRobot = await connect_async(
             self._target, notify=self._warn, announce=self._announce, wrap=ear
         )

@@ -13,6 +13,8 @@ from turtlewire.robots.frame import Frame
 from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
     from turtlewire.links.link import Link
@@ -41,30 +43,36 @@ class Ear:
     Args:
         target: the robot.
         pace: of a simulated one, which lives in real time: seconds of its time for each second on the wall.
+        between: given the link in real time, returns the link to use instead, below what listens here.
 
     Attributes:
         messages: what was heard.
         link: once it is open.
     """
 
-    def __init__(self, target: Target, pace: float) -> None:
-        self.messages = Messages(_codec(target), _phrases(target.protocol))
+    def __init__(
+        self, target: Target, pace: float, between: Callable[[Link], Link] = lambda link: link
+    ) -> None:
+        self.messages = Messages(codec(target), phrases(target.protocol))
         self.link: Link
         self._pace = pace
+        self._between = between
 
     def __call__(self, link: Link) -> Link:
         """Listen to this link."""
-        self.link = Tap(link if link.in_background else RealTimeLink(link, self._pace), self.messages)
+        in_real_time = link if link.in_background else RealTimeLink(link, self._pace)
+        self.link = Tap(self._between(in_real_time), self.messages)
         return self.link
 
 
-def _codec(target: Target) -> catalogue.Codec:
+def codec(target: Target) -> catalogue.Codec:
+    """What a robot speaks. Raises ``DataError`` for a dialect that cannot be read."""
     if target.protocol != "frame":
         return catalogue.codec(target.protocol)
-    return catalogue.Frame(target.overrides.get("dialect", "0.1"))
+    return catalogue.Frame(target.overrides.get("dialect") or target.simulation.get("dialect", "0.1"))
 
 
-def _phrases(protocol: str) -> dict[bytes, str]:
+def phrases(protocol: str) -> dict[bytes, str]:
     """What stops a robot from any state (S7, W7, W8); F13 consists of frames like any others."""
     if protocol == "walter":
         from turtlewire.protocols.walter import messages

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from turtlewire.links.link import Link
 from turtlewire.protocols import forms
@@ -105,15 +105,22 @@ def _about(item: Item) -> str:
     return " ".join(message.name() for message in messages)
 
 
+class Listener(Protocol):
+    """Somebody who listens to a wire."""
+
+    def passed(self, data: bytes, sender: Sender, now: float) -> None:
+        """Bytes passed, at so many seconds since the link was opened; ``b""`` lets time pass."""
+
+
 class Tap(Link):
     """A link, with somebody who listens.
 
     Args:
         link: the link.
-        messages: what is told of everything that passes.
+        messages: is told of everything that passes.
     """
 
-    def __init__(self, link: Link, messages: Messages) -> None:
+    def __init__(self, link: Link, messages: Listener) -> None:
         self.url = link.url
         self.in_background = link.in_background
         self._link = link
