@@ -32,7 +32,7 @@ class Drive(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop at once, ahead of everything."""
+        """Stop at once, ahead of everything; another thread that was drawing with the robot gets ``StoppedError``."""
 
     @property
     @abstractmethod

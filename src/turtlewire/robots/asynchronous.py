@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from turtlewire.robots.reconnecting import LinkState
     from turtlewire.robots.session import Session
+    from turtlewire.robots.stops import Stops
     from turtlewire.trace import Obstacle, Paper, Trace
 
 
@@ -27,6 +28,7 @@ class AsyncRobot(ABC):
     """
 
     _session: Session[Any]
+    _stops_told: Stops
     _paper: Paper | None  # what it draws on, where that can be seen
 
     async def __aenter__(self) -> Self:
@@ -65,9 +67,11 @@ class AsyncRobot(ABC):
     async def stop(self) -> None:
         """Stop at once, ahead of everything, and forget every motion not yet done.
 
-        Afterwards the turtle is where the robot stopped; the next command moves on from there. A robot that cannot be
-        reached now is stopped when it is.
+        Afterwards the turtle is where the robot stopped; the next command moves on from there. Of another task, or
+        thread, that was using the robot, the next command raises ``StoppedError``, once. A robot that cannot be reached
+        now is stopped when it is.
         """
+        self._stops_told.add()
         if self.link_state != "reconnecting":
             with contextlib.suppress(LinkLostError):
                 self._stop()

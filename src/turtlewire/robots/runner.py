@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from turtlewire.errors import LinkClosedError, UsageError
 from turtlewire.robots.session import PUMP
+from turtlewire.robots.stops import on_behalf_of
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -92,7 +93,8 @@ class ThreadRunner(Runner):
                 if self._closed:
                     coroutine.close()
                     raise LinkClosedError("the link to the robot is closed: connect again")
-                future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+                with on_behalf_of(threading.current_thread()):
+                    future = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
             return future.result()
         except LinkClosedError:
             raise

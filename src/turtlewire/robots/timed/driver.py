@@ -71,6 +71,7 @@ class AsyncTimedRobot(TimedMotions[EventT], AsyncRobot):
         """Stop the robot and let go of it: after the motion is done, or with ``finish=False`` at once."""
         try:
             if finish and not self.is_over and not self._is_driven:
+                self._stops_told.known()  # there is nothing to finish of what was stopped
                 await self.finish()
         finally:
             await self.let_go(self._last_bytes_s)
@@ -145,6 +146,7 @@ class AsyncTimedRobot(TimedMotions[EventT], AsyncRobot):
         await self.right(wrapped(heading_deg - self.account.exact.heading_deg))
 
     async def _turtle_ready(self) -> None:
+        self._stops_told.check()
         await self._ready()
         await self._take_over()
 

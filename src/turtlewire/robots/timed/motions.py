@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 from turtlewire.errors import LinkClosedError, LinkError, LinkLostError, StoppedError
 from turtlewire.robots.reconnecting import Reconnecting
 from turtlewire.robots.session import HostMachine, Session
+from turtlewire.robots.stops import Stops
 from turtlewire.robots.timed.reckoning import STILL, Motion, Reckoning
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ class TimedMotions(ABC, Generic[EventT]):
         self._settle_s = settle_s
         self._overrun_s = overrun_s
         self._stops = 0
+        self._stops_told = Stops()
         self._is_holding = False
         self._ended_at: float | None = None  # when the motion that is held should have ended
         self._is_driven = False
@@ -227,6 +229,7 @@ class TimedMotions(ABC, Generic[EventT]):
 
     def _raise_interruption(self, stops: int) -> None:
         if stops != self._stops:
+            self._stops_told.known()
             raise StoppedError(
                 "the robot was stopped, or driven by hand: what it was doing, and what was waiting, is abandoned"
             )

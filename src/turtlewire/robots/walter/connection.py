@@ -34,6 +34,7 @@ class Connection(Attention):
     async def ready(self) -> None:
         """Before every operation: see to it that the robot is in Logo control, and where the host thinks it is."""
         self.check()
+        self.stops.check()
         await self.raise_event()
         if self.host.mode is not Mode.LOGO:
             await self._attend(self.settings.reply_timeout_s)

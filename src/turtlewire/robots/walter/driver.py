@@ -58,6 +58,7 @@ class AsyncWalter(AsyncRobot):
         self._absolute = AbsoluteMoves(self._wire)
         self._by_hand = ByHand(self._wire)
         self._session = self._wire.session
+        self._stops_told = self._wire.stops
         self._paper = paper
         self._step_by_step = False
 
@@ -76,6 +77,7 @@ class AsyncWalter(AsyncRobot):
         """Stop the robot and let go of it: after the motion is done, or with ``finish=False`` at once."""
         try:
             if finish and not self._wire.is_over:
+                self._stops_told.known()  # there is nothing to finish of what was stopped
                 await self.finish()
         finally:
             await self._wire.close()

@@ -22,6 +22,7 @@ from turtlewire.protocols.walter.messages import (
     RobotMessage,
 )
 from turtlewire.robots.session import Session
+from turtlewire.robots.stops import Stops
 from turtlewire.robots.walter.questions import Question, reported
 from turtlewire.robots.walter.whereabouts import Whereabouts
 
@@ -46,6 +47,7 @@ class Wire(ABC):
         knows_c: whether group C has been tried: its presence shows in the pose after a first C move.
         pen_down, speed: as they are when all that was submitted is done.
         hand: what it does while it is driven by hand; None: it is not.
+        stops: who knows of which stop.
     """
 
     def __init__(self, link: Link, settings: Settings, notify: Callable[[str], None]) -> None:
@@ -66,6 +68,7 @@ class Wire(ABC):
         self._connected = False
         self._closed = False
         self._stops = 0
+        self.stops = Stops()
         # What an event has told, and the next operation has to see to.
         self._limit: str | None = None
         self._silent = False
@@ -116,6 +119,7 @@ class Wire(ABC):
 
     def _raise_stop(self, stops: int) -> None:
         if stops != self._stops:
+            self.stops.known()
             raise StoppedError("the robot was stopped: what it was doing, and what was waiting, is abandoned")
 
     @property
