@@ -36,7 +36,16 @@ class MessageError(DataError, ValueError):
     """A message that its protocol cannot carry (a field out of range, a wrong type).
 
     Raised before any byte of it leaves the host.
+
+    Args:
+        text: what is wrong.
+        place: of a message that was read from text, where in it: the first character of what is wrong, and the one
+            behind its last. None: it was not read from text, or all of it is wrong.
     """
+
+    def __init__(self, text: str, place: tuple[int, int] | None = None) -> None:
+        super().__init__(text)
+        self.place = place
 
 
 class OutputError(DataError):

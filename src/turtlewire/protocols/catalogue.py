@@ -265,17 +265,29 @@ class Frame(Codec):
 
     def parse(self, text: str) -> AnyMessage:
         """A message, or messages with ``;`` between; ``frame seq=3; ...`` sets the number. Raises ``MessageError``."""
-        head, *rest = [part.strip() for part in text.partition("(")[0].split(";")]
+        (head_at, head), *rest = _parts(text.partition("(")[0])
         words = head.split()
         if words[:1] != ["frame"]:
-            messages = [super(Frame, self).parse(part) for part in (head, *rest)]
+            messages = [self._part(part, at) for at, part in ((head_at, head), *rest)]
             return messages[0] if not rest else Packet(None, tuple(messages))
         number = " ".join(words[1:]).removeprefix("seq=")
         if number and not (number.isascii() and number.isdigit() and int(number) < 256):
-            raise MessageError(f"{head!r}: write frame seq=N with N from 0 to 255, or just frame")
-        refused = tuple(super(Frame, self).parse(p[8:]) for p in rest if p.startswith("refused "))
-        messages = [super(Frame, self).parse(p) for p in rest if not p.startswith("refused ")]
+            raise MessageError(
+                f"{head!r}: write frame seq=N with N from 0 to 255, or just frame",
+                (head_at, head_at + len(head)),
+            )
+        refused = tuple(self._part(p[8:], at + 8) for at, p in rest if p.startswith("refused "))
+        messages = [self._part(p, at) for at, p in rest if not p.startswith("refused ")]
         return Packet(int(number) if number else None, tuple(messages), refused)
+
+    def _part(self, text: str, at: int) -> AnyMessage:
+        """One message of a text, which begins at a character of it: there errors have their place."""
+        try:
+            return super().parse(text)
+        except MessageError as error:
+            start, end = error.place or (0, len(text))
+            error.place = (at + start, at + end)
+            raise
 
     def names(self) -> frozenset[str]:
         """Messages, and frame."""
@@ -311,6 +323,14 @@ class Frame(Codec):
                     tuple(super(Frame, self).from_json(m) for m in refused),
                 )
         return super().from_json(form)
+
+
+def _parts(text: str) -> Iterator[tuple[int, str]]:
+    """What stands between the ``;`` of a text, and where it begins."""
+    at = 0
+    for part in text.split(";"):
+        yield at + len(part) - len(part.lstrip()), part.strip()
+        at += len(part) + 1
 
 
 # What the frame package calls the two directions.

@@ -23,6 +23,7 @@ KINDS = {
 }
 TRUTHS = {"false": 0, "true": 1}
 _F32 = struct.Struct(">f")
+_WORD = re.compile(r"\S+")
 
 
 def text_name(class_name: str) -> str:
@@ -145,9 +146,7 @@ class AnyMessage(msgspec.Struct, frozen=True):
         for field in self.FIELDS:
             value: Any = getattr(self, field.name)
             if not field.fits(value):
-                raise MessageError(
-                    f"{self.name()}: {field.name} is {value!r}, but must be {field.expectation()}"
-                )
+                raise MessageError(_misfit(type(self), field, value))
         return self
 
     def __str__(self) -> str:
@@ -186,6 +185,10 @@ class Malformed(NamedTuple):
     reason: str
 
 
+def _misfit(message_type: type[AnyMessage], field: AnyField, value: Any) -> str:
+    return f"{message_type.name()}: {field.name} is {value!r}, but must be {field.expectation()}"
+
+
 @overload
 def parse(text: str, types: tuple[type[Message], ...]) -> Message: ...
 @overload
@@ -193,29 +196,32 @@ def parse(text: str, types: tuple[type[AnyMessage], ...]) -> AnyMessage: ...
 def parse(text: str, types: tuple[type[AnyMessage], ...]) -> AnyMessage:
     """Read the text form of a message: ``forward distance_half_mm=200`` (or just ``forward 200``).
 
-    Raises ``MessageError`` naming what is wrong and what is known.
+    Raises ``MessageError`` naming what is wrong, where, and what is known.
     """
-    words = text.split()
+    words = list(_WORD.finditer(text))
     known = {message_type.name(): message_type for message_type in types}
-    if not words or words[0].lower() not in known:
-        what = f"there is no message {words[0]!r}" if words else "there is no message in an empty text"
-        raise MessageError(f"{what}; known are {', '.join(known)}")
-    message_type = known[words[0].lower()]
+    if not words or words[0][0].lower() not in known:
+        what = f"there is no message {words[0][0]!r}" if words else "there is no message in an empty text"
+        raise MessageError(f"{what}; known are {', '.join(known)}", words[0].span() if words else None)
+    message_type = known[words[0][0].lower()]
     fields = {field.name: field for field in message_type.FIELDS}
     unset = list(fields)
     values: dict[str, float] = {}
     for word in words[1:]:
-        name, equals, value = word.rpartition("=")
+        name, equals, value = word[0].rpartition("=")
         name = name.lower() if equals else (unset[0] if unset else "")
         if name not in unset:
+            known_fields = " ".join(fields) or "no fields"
             raise MessageError(
-                f"{text!r}: {word!r} fits no field; {words[0]} has " + (" ".join(fields) or "no fields")
+                f"{text!r}: {word[0]!r} fits no field; {words[0][0]} has {known_fields}", word.span()
             )
         unset.remove(name)
         try:
             values[name] = fields[name].read(value)
         except ValueError as error:
-            raise MessageError(f"{text!r}: {error}") from None
+            raise MessageError(f"{text!r}: {error}", word.span()) from None
+        if not fields[name].fits(values[name]):
+            raise MessageError(_misfit(message_type, fields[name], values[name]), word.span())
     if unset:
-        raise MessageError(f"{text!r} lacks {' and '.join(unset)}")
-    return message_type(**values).check()
+        raise MessageError(f"{text!r} lacks {' and '.join(unset)}", (words[-1].end(), words[-1].end()))
+    return message_type(**values)

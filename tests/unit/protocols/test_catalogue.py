@@ -358,3 +358,43 @@ def test_lines_of_json_without_a_message(line: str) -> None:
 def test_lines_of_json_that_are_none(line: str, words: str) -> None:
     with pytest.raises(DataError, match=words):
         forms.read_json_line(line, codec("walter"))
+
+
+@pytest.mark.parametrize(
+    ("protocol", "text", "wrong"),
+    [
+        ("walter", "  fordward 200", "fordward"),
+        ("walter", "forward 20 speed=3", "speed=3"),
+        ("walter", "forward 20 30", "30"),
+        ("walter", "forward  distance_half_mm=70000", "distance_half_mm=70000"),
+        ("walter", "forward far", "far"),
+        ("simple", "headlights 1 1 2 0", "2"),
+        ("frame", "engine_forward 0 200; engine_foward 1 200", "engine_foward"),
+        ("frame", "frame seq=3;  engine_forward 0 200 ; engine_forward 0 256; set_servo_position 0 1", "256"),
+        ("frame", " frame seq=x; engine_forward 0 200", "frame seq=x"),
+        ("frame", "frame; refused engine_forward 0 x", "x"),
+    ],
+)
+def test_an_error_of_a_text_has_its_place(protocol: str, text: str, wrong: str) -> None:
+    with pytest.raises(MessageError) as caught:
+        codec(protocol).parse(text)
+    assert caught.value.place is not None
+    start, end = caught.value.place
+    assert text[start:end] == wrong
+    assert start == text.rindex(wrong)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "text", "place"),
+    [
+        ("walter", "forward", (7, 7)),
+        ("walter", "go_to x_half_mm=3 ", (17, 17)),
+        ("frame", "engine_forward 0 1; engine_forward 1", (36, 36)),
+        ("frame", "engine_forward 0 1;;", (19, 19)),
+        ("walter", "", None),
+    ],
+)
+def test_what_is_missing_has_its_place_too(protocol: str, text: str, place: tuple[int, int] | None) -> None:
+    with pytest.raises(MessageError) as caught:
+        codec(protocol).parse(text)
+    assert caught.value.place == place
