@@ -113,3 +113,62 @@ def test_old_files_are_removed(tmp_path: Path) -> None:
     run(PROGRAM, tmp_path)
     assert len(list(tmp_path.glob("*"))) == 200
     assert run(PROGRAM, tmp_path) == PRINTED
+
+
+def changed(folder: Path, name: str, source: str) -> None:
+    """Put other code in the place of what is kept under a name."""
+    file = kept(folder)
+    entries = marshal.loads(file.read_bytes()[32:])
+    entries[name] = (compile(source, f"<{name}>", "exec"), *entries[name][1:])
+    content = marshal.dumps(entries)
+    file.write_bytes(hashlib.sha256(content).digest() + content)
+
+
+JUMPS = """\
+to even :n
+  if :n = 0 [output "true]
+  output odd :n - 1
+end
+to odd :n
+  repeat 1 [if :n = 0 [output "false] output even :n - 1]
+end
+to silent :n
+  repeat 1 [if :n > 0 [output loud :n - 1]]
+end
+to loud :n
+  output silent :n
+end
+"""
+
+
+def test_calls_that_are_left_to_the_caller_are_kept(tmp_path: Path) -> None:
+    assert run(JUMPS + "print even 100001", tmp_path) == "false\n"
+    changed(tmp_path, "even", "def q_even(n_):\n    return 'kept'\np_even = q_even")
+    assert run(JUMPS + "print odd 100001", tmp_path) == "kept\n"
+
+
+def test_a_call_that_was_left_to_the_caller_and_fails_has_its_place_when_it_is_kept(tmp_path: Path) -> None:
+    said = []
+    for _ in range(2):
+        with pytest.raises(LogoError) as caught:
+            run(JUMPS + "print silent 3", tmp_path)
+        said.append(str(caught.value))
+    assert said[0] == said[1]
+    assert "kept.logo, line 12, column 10: silent didn't output to output in loud" in said[0]
+
+
+def test_lines_with_loops_are_kept(tmp_path: Path) -> None:
+    lines = 'make "x 3\nrepeat 2 [print [a]]\n  repeat :x [print first [b c]]\n'
+    printed = "a\na\nb\nb\nb\n"
+    assert run(lines, tmp_path) == run(lines, tmp_path) == printed
+    first, _ = marshal.loads(kept(tmp_path).read_bytes()[32:])
+    changed(tmp_path, first, "def line():\n    V['x'] = 1")
+    assert run(lines, tmp_path) == "b\n"
+    assert run(PROGRAM + lines, tmp_path) == PRINTED + printed
+
+
+def test_an_error_in_a_kept_line_has_its_place(tmp_path: Path) -> None:
+    for _ in range(2):
+        with pytest.raises(LogoError) as caught:
+            run("print 1\n  repeat 2 [print first []]", tmp_path)
+        assert "kept.logo, line 2, column 19: first doesn't like []" in str(caught.value)

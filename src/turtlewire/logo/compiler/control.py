@@ -164,7 +164,7 @@ def _repeat(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
 def _watched(emitter: Emitter, times: Expr, loop: Stmt) -> list[Stmt]:
     """A loop that tells how far it is: at top level, or where something moves in it, for that can take long."""
     assert isinstance(loop, ast.For)
-    if not (emitter.is_line and not emitter.loops) and not _moves(emitter, loop.body):
+    if not (emitter.is_line and not emitter.loops) and not _moves(loop.body):
         return [loop]
     level = emitter.temp("level")
     first = ast.Subscript(py.name(level), py.const(0), py.STORE)
@@ -174,9 +174,10 @@ def _watched(emitter: Emitter, times: Expr, loop: Stmt) -> list[Stmt]:
     return [py.assign(level, py.call("enter_loop", times)), ast.Try([loop], [], [], [leave])]
 
 
-def _moves(emitter: Emitter, body: list[Stmt]) -> bool:
-    names = emitter.namer.moving_names()
-    return any(isinstance(piece, ast.Name) and piece.id in names for stmt in body for piece in ast.walk(stmt))
+def _moves(body: list[Stmt]) -> bool:
+    return any(
+        isinstance(piece, ast.Name) and piece.id.startswith("m_") for stmt in body for piece in ast.walk(stmt)
+    )
 
 
 def _forever(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001

@@ -7,12 +7,13 @@ before it moves there too, so that everything happens in Logo's order.
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.facts import MOVING, RUNS, chapter_of, is_plain, literal_name
+from turtlewire.logo.compiler.sites import Operand, Site, identifier
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node, Variable
-from turtlewire.logo.values import Array, plain
+from turtlewire.logo.values import Array
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,28 +28,6 @@ _MOST_INPUTS = 12
 
 class RefusedError(Exception):
     """This cannot be made Python of; the evaluator does it."""
-
-
-class Operand(NamedTuple):
-    """Where an input of an operation is found again when the operation has failed.
-
-    ``kind``: ``constant`` (what it is), ``local`` (the Python variable) or ``dynamic`` (the Logo variable).
-    """
-
-    node: Node
-    kind: str
-    what: Any
-
-
-class Site:
-    """An instruction that can fail: its node, who wants its value, and its operands if they can be found again."""
-
-    __slots__ = ("node", "operands", "wanted_by")
-
-    def __init__(self, node: Node, wanted_by: str, operands: tuple[Operand, ...] = ()) -> None:
-        self.node = node
-        self.wanted_by = wanted_by
-        self.operands = operands
 
 
 class Emitter:
@@ -392,16 +371,6 @@ class Namer(Protocol):
 
     def never_outputs(self, procedure: UserProcedure) -> bool:
         """Whether a procedure never outputs."""
-
-    def moving_names(self) -> frozenset[str]:
-        """The names of all that may move the robot."""
-
-
-def identifier(text: str) -> str:
-    """A Python name for a Logo name; different for different ones."""
-    return "".join(
-        c if c.isascii() and c.isalnum() and not c.isupper() else f"_{ord(c):x}_" for c in plain(text)
-    )
 
 
 def key_of(node: Node) -> str:

@@ -1,8 +1,8 @@
 """How a procedure's function ends: STOP, OUTPUT, and the calls that take its place.
 
 A call of itself in the last place is a jump to its beginning. A call of another procedure that leads back to this one
-is given back to whoever called, as a tuple (function, where it stood, inputs ...): so any number of them needs no
-stack. No Logo value is a tuple.
+is given back to whoever called, as a tuple (function, record and number of where it stood, inputs ...): so any number
+of them needs no stack. No Logo value is a tuple. The number is negative where a value is output.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class ProcedureEnding(Ending):
     Args:
         survey: what is known of all procedures.
         procedure: the one.
-        jump_to: the name of the function that a call in the last place is left to, and the number of the place.
+        jump_to: the name of the function that a call in the last place is left to, and where it stands: in whose
+            record, and at which number.
 
     Attributes:
         begins_anew: whether it jumps to its beginning.
@@ -37,7 +38,7 @@ class ProcedureEnding(Ending):
     """
 
     def __init__(
-        self, survey: Survey, procedure: UserProcedure, jump_to: Callable[[Invocation, bool], tuple[str, int]]
+        self, survey: Survey, procedure: UserProcedure, jump_to: Callable[[Invocation], tuple[str, str, int]]
     ) -> None:
         self._procedure = procedure
         self._jump_to = jump_to
@@ -97,10 +98,11 @@ class ProcedureEnding(Ending):
             raise RefusedError("a call in the last place, which must see the variables of those before it")
         if not is_simple(node.procedure):
             raise RefusedError(f"{node.name} takes inputs that can be left out")
-        function, place = self._jump_to(node, as_command)
+        function, record, number = self._jump_to(node)
+        place = py.const(number if as_command else -number)
         inputs = emitter.values(node.inputs, node.name)
         self.jumps = True
-        emitter.body.append(py.give(ast.Tuple([py.name(function), py.const(place), *inputs], py.LOAD)))
+        emitter.body.append(py.give(ast.Tuple([py.name(function), py.name(record), place, *inputs], py.LOAD)))
         return True
 
     def _begin_anew(self, emitter: Emitter, node: Invocation, *, as_command: bool) -> None:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo import blame, errors
 from turtlewire.logo.calls import call_primitive
-from turtlewire.logo.compiler.emit import Site
 from turtlewire.logo.compiler.runtime import ConditionError, LateError, SilentError, UnusedError
+from turtlewire.logo.compiler.sites import Site
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import BadInputError
 from turtlewire.logo.syntax import Call, Invocation, Literal, Variable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import CodeType, FrameType, TracebackType
 
-    from turtlewire.logo.compiler.emit import Operand
+    from turtlewire.logo.compiler.sites import Operand
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.procedures import UserProcedure
 
@@ -66,6 +66,10 @@ class Record:
             self._sites.append(Site(Literal("", None), ""))
         return self._sites
 
+    def owner(self, site: Site) -> UserProcedure | None:
+        """Whose instruction it is."""
+        return site.procedure or self.procedure
+
     def site_at(self, line: int | None) -> Site:
         """The instruction that a frame is at; the first for a frame that is between two (Python gives it no line)."""
         sites = self.sites
@@ -91,7 +95,7 @@ def _is_for_caller(error: BaseException, record: Record, site: Site) -> bool:
         isinstance(error, LogoError)
         and error.number == _THROWN
         and not error.is_placed
-        and record.procedure is not None
+        and record.owner(site) is not None
         and isinstance(site.node, Call)
         and site.node.primitive.name == "throw"
     )
@@ -104,7 +108,8 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
         return fault
     record, site, trace = found
     if isinstance(fault, LateError):
-        site = fault.site if not isinstance(fault.site, int) else record.sites[fault.site - 1]
+        record = fault.record or record
+        site = record.site_at(fault.number)
     if isinstance(fault, LogoError):
         error: Exception = fault
     elif isinstance(fault, TurtlewireError):
@@ -117,7 +122,7 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
             return fault
         error = made
     assert isinstance(error, LogoError)
-    return blame.placed(logo, error, site.node.place, record.procedure)
+    return blame.placed(logo, error, site.node.place, record.owner(site))
 
 
 def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | None) -> LogoError | None:

@@ -25,6 +25,7 @@ from turtlewire.logo.values import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from turtlewire.logo.compiler.faults import Record
     from turtlewire.logo.evaluator import Interpreter
 
 CAN_BE_EMPTY = frozenset((str, list))
@@ -53,14 +54,16 @@ class LateError(Exception):
     """A procedure that took another one's place output, and was not to; or the other way.
 
     Attributes:
-        site: the instruction by which it took the place: a number, or a site itself.
+        number: of the instruction by which it took the place.
         value: what it output, ``None``: nothing.
+        record: that of the function in which the instruction stands; ``None``: the one that raised this.
     """
 
-    def __init__(self, site: Any, value: Value | None) -> None:
-        super().__init__(site)
-        self.site = site
+    def __init__(self, number: int, value: Value | None, record: Record | None = None) -> None:
+        super().__init__(number)
+        self.number = number
         self.value = value
+        self.record = record
 
 
 def unused(value: Value) -> None:
@@ -125,12 +128,12 @@ def _counted(current: Number, end: Number, step: Number) -> Iterator[Number]:
         current += step
 
 
-def bounce(jump: Any, jumps: list[Any]) -> Value | None:
+def bounce(jump: Any) -> Value | None:
     """Do the calls that were left to the caller, one after the other; the value of the last."""
     result: Any = jump
-    place = 0
+    record, number = None, 0
     while type(result) is tuple:
-        function, place, *given = result
+        function, record, number, *given = result
         count = len(given)
         if count == 1:  # each in a way that needs no stack of C's
             result = function(given[0])
@@ -144,9 +147,8 @@ def bounce(jump: Any, jumps: list[Any]) -> Value | None:
             result = function(given[0], given[1], given[2], given[3])
         else:
             result = function(*given)
-    site, as_command = jumps[place]
-    if (result is None) is not as_command:
-        raise LateError(site, result)
+    if (result is None) is not (number > 0):
+        raise LateError(abs(number), result, record)
     return result  # type: ignore[no-any-return]
 
 
