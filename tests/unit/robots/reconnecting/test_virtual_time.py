@@ -254,11 +254,14 @@ def test_a_loss_that_is_noticed_while_letting_go_does_not_keep_the_robot_from_be
 def test_a_link_that_ends_again_each_time_is_given_up_in_time(bench: Callable[[str], Bench]) -> None:
     made = bench("sim:walter?faults=close:5&reconnect_s=6")
 
-    def closes_at() -> float:
-        """Whenever it has been open for a hundredth of a second."""
-        return max(5.0, made.faulty._reopened_s + 0.01)
+    reopen = made.faulty.reopen
 
-    made.faulty._closes_at = closes_at  # type: ignore[method-assign]
+    async def shortly() -> None:
+        """It has been open for a hundredth of a second each time."""
+        await reopen()
+        made.faulty._closes_s = made.faulty.now() + 0.01
+
+    made.faulty.reopen = shortly  # type: ignore[method-assign]
     made.lose(far)
     with pytest.raises(LinkClosedError, match=r"within 6 s \(it ends again each time\)"):
         made.turtle.reconnected()
@@ -286,7 +289,7 @@ def test_trying_gets_slower_and_never_much_slower(bench: Callable[[str], Bench])
     # The next time it begins anew.
     made.turtle.resume()
     times.clear()
-    made.faulty._faults = made.faulty._faults._replace(close_at_s=made.robot.now + 1.0, gone_s=0.1)
+    made.faulty.adjust(made.faulty.faults._replace(close_at_s=made.robot.now + 1.0, gone_s=0.1))
     made.lose(far)
     made.turtle.reconnected()
     assert [after - before for before, after in pairwise(times)] == pytest.approx([0.05, 0.1], abs=0.001)
