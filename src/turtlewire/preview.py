@@ -10,14 +10,17 @@ from turtlewire.deviation import Followed
 from turtlewire.errors import LimitReachedError, TurtlewireError
 from turtlewire.logo import Interpreter, Position
 from turtlewire.logo.keyboard import Keyboard
+from turtlewire.logo.streams import Streams
+from turtlewire.robots.frame import Frame
+from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from turtlewire.configuration import Target
     from turtlewire.connect import Robot
     from turtlewire.simulator.world import World
-    from turtlewire.turtle import Pose
+    from turtlewire.trace import Stroke
 
 # A program that goes on for longer than this, in seconds of the robot's time, is not looked at to its end.
 LONGEST_S = 7200.0
@@ -67,6 +70,7 @@ class Preview(NamedTuple):
         asks: why it may be otherwise each time: ``CHANCE``, ``SENSORS``, ``KEYBOARD``.
         error: what ended the program, if anything did.
         position: where in the program that was.
+        strokes: what is to be seen in the end, and the way there, as the turtle sees it.
     """
 
     way: Extent
@@ -80,10 +84,19 @@ class Preview(NamedTuple):
     asks: tuple[str, ...]
     error: TurtlewireError | None
     position: Position | None
+    strokes: Sequence[Stroke] = ()
 
 
 def preview(
-    target: Target, source: str, name: str, *, seed: int = 0, step_mm: float = 1.0, arena: str | None = None
+    target: Target,
+    source: str,
+    name: str,
+    *,
+    seed: int = 0,
+    step_mm: float = 1.0,
+    arena: str | None = None,
+    start: Pose = HOME,
+    files: Callable[[Interpreter], Streams] = Streams,
 ) -> Preview:
     """Run a program on a simulated robot like the target, in virtual time.
 
@@ -96,6 +109,8 @@ def preview(
         seed: of RANDOM, and of the simulated robot's slip and noise.
         step_mm: the length of a Logo step.
         arena: an arena file, for a robot whose surroundings are not known otherwise.
+        start: where the robot stands when the program begins, as the turtle sees it.
+        files: what the program's files are.
 
     Raises ``UsageError`` or ``DataError`` for a target or an arena that means nothing.
     """
@@ -103,13 +118,18 @@ def preview(
     from turtlewire.simulated import simulated
 
     like = twin(target, seed, arena)
-    world: World = simulated(like).robot.settings.world
-    radius_mm: float = simulated(like).robot.settings.radius_mm
+    body = simulated(like).robot.settings
+    world: World = body.world
+    radius_mm: float = body.radius_mm
+    if start != HOME:
+        ground = Frame(body.first_pose).to_robot(start)
+        like = like._replace(simulation={**like.simulation, "start": ",".join(map(repr, ground))})
     chance = _Chance(seed)
     with connect(like, notify=lambda _text: None) as robot:
         began_s = robot.statistics.seconds
-        watched = _Watched(robot, world, radius_mm)
+        watched = _Watched(robot, Frame.matching(start, HOME), world, radius_mm)
         logo = Interpreter(watched, lambda _text: None, chance, step_mm)
+        logo.streams = files(logo)
         keyboard = logo.streams.keyboard = _NoKeyboard()
         watched.position = lambda: logo.position
         error: TurtlewireError | None = None
@@ -117,12 +137,13 @@ def preview(
         try:
             logo.run(source, name)
             robot.finish()
-        except _TooLongError:
+        except TooLongError:
             is_whole = False
         except TurtlewireError as caught:
             error = caught
             if isinstance(caught, LimitReachedError):
-                watched.touched(caught.x_mm, caught.y_mm)
+                place = Frame.matching(start, HOME).from_robot(Pose(caught.x_mm, caught.y_mm))
+                watched.touched(place.x_mm, place.y_mm)
         seconds = robot.statistics.seconds - began_s
         robot.stop()
     asked = {CHANCE: chance.was_asked, SENSORS: watched.asks_sensors, KEYBOARD: keyboard.was_asked}
@@ -138,6 +159,7 @@ def preview(
         tuple(reason for reason, has in asked.items() if has),
         error,
         (getattr(error, "position", None) or logo.position) if error is not None else None,
+        watched.ideal.strokes,
     )
 
 
@@ -164,8 +186,8 @@ def twin(target: Target, seed: int = 0, arena: str | None = None) -> Target:
     )
 
 
-class _TooLongError(Exception):
-    """The program goes on and on; no CATCH of Logo's sees this."""
+class TooLongError(Exception):
+    """The program goes on and on; no CATCH of Logo's sees this. A signal's handler may raise it, too."""
 
 
 class _Chance(random.Random):
@@ -198,17 +220,48 @@ class _NoKeyboard(Keyboard):
         return False
 
 
+class _Placed(Followed):
+    """A turtle that is elsewhere than the robot believes, which takes the place where it stands for its home."""
+
+    def __init__(self, robot: Robot, frame: Frame) -> None:
+        self._frame = frame
+        super().__init__(robot)
+
+    @property
+    def pose(self) -> Pose:
+        """Where the exact turtle is."""
+        return self._frame.from_robot(self._turtle.pose)
+
+    def _follow(self) -> None:
+        """Whoever has this turtle does so."""
+
+    def set_position(self, x_mm: float, y_mm: float) -> None:
+        """Go straight to a point and keep the heading."""
+        place = self._frame.to_robot(Pose(x_mm, y_mm))
+        super().set_position(place.x_mm, place.y_mm)
+
+    def set_heading(self, heading_deg: float) -> None:
+        """Turn, the shorter way, to an absolute heading."""
+        super().set_heading(self._frame.to_robot(Pose(heading_deg=heading_deg)).heading_deg)
+
+    def home(self) -> None:
+        """Go to the origin and look up."""
+        self.set_position(0.0, 0.0)
+        self.set_heading(0.0)
+
+
 class _Watched(Followed):
     """A turtle whose way is measured, whatever sheet it is on."""
 
-    def __init__(self, robot: Robot, world: World, radius_mm: float) -> None:
-        super().__init__(robot)
+    def __init__(self, robot: Robot, frame: Frame, world: World, radius_mm: float) -> None:
+        super().__init__(robot if frame.origin == HOME else _Placed(robot, frame))
         self._robot = robot
         self._world = world
         self._radius_mm = radius_mm
-        self._origin = robot.trace.pose
+        self._origin = Frame(robot.trace.pose).to_robot(frame.to_robot(HOME))
         self._motions = 0
-        self.way = Extent(0.0, 0.0, 0.0, 0.0)
+        x_mm, y_mm, _ = self.pose
+        self.way = Extent(x_mm, x_mm, y_mm, y_mm)
         self.drawing: Extent | None = None
         self.path_mm = self.pen_down_mm = 0.0
         self.touch: Touch | None = None
@@ -233,7 +286,7 @@ class _Watched(Followed):
         length_mm = before.distance_to(after.x_mm, after.y_mm)
         self._motions += 1
         if self._motions % LOOK == 0 and self._robot.statistics.seconds > LONGEST_S:
-            raise _TooLongError
+            raise TooLongError
         if not length_mm:
             return
         self.path_mm += length_mm

@@ -12,6 +12,7 @@ from turtlewire.configuration import target
 from turtlewire.errors import DataError, LimitReachedError, LinkError
 from turtlewire.logo import LogoError
 from turtlewire.preview import CHANCE, KEYBOARD, LONGEST_S, SENSORS, Extent, Touch, preview
+from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -141,3 +142,27 @@ def test_the_seed_decides() -> None:
         preview(target("sim:walter"), "fd random 1000", "p", seed=n).path_mm for n in (1, 1, 2)
     )
     assert one == same != other
+
+
+def test_it_begins_where_the_robot_stands() -> None:
+    """Absolute places stay what they are, and what stands around the robot stays where it is."""
+    program = "fd 50 setpos [0 0] seth 90 fd 10 print pos home"
+    at = Pose(100.0, -40.0, 90.0)
+    found = preview(target("sim:walter"), program, "p.logo", start=at)
+    assert found.way == pytest.approx(Extent(0.0, 150.0, -40.0, 0.0))
+    assert found.path_mm == pytest.approx(50 + math.hypot(150, 40) + 10 + 10)
+    assert [point for stroke in found.strokes for point in stroke.points] == [
+        pytest.approx(point, abs=1e-9) for point in [(100, -40), (150, -40), (0, 0), (10, 0), (0, 0)]
+    ]
+
+
+def test_walls_are_where_they_were_when_it_begins_elsewhere(tmp_path: Path) -> None:
+    arena = tmp_path / "arena.toml"
+    arena.write_text(ARENA, "utf-8")
+    # Home is 500 mm before the wall, looking at it; from here it is 200 mm, to the right.
+    at = Pose(-100.0, 300.0, 270.0)
+    found = preview(target(f"sim:walter?arena={arena}"), "rt 90 fd 1000", "p.logo", start=at)
+    assert isinstance(found.error, LimitReachedError)
+    assert found.touch is not None
+    assert found.touch.x_mm == pytest.approx(-100.0, abs=1)
+    assert 350.0 < found.touch.y_mm < 450.0
