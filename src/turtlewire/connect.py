@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, overload
-
 from turtlewire.errors import TurtlewireError, UsageError
+from turtlewire.named_tuple import NamedTuple
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from typing import Any, Literal, TypeAlias, TypedDict, Unpack
+    from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
     from turtlewire.configuration import AnySettings, Target
     from turtlewire.links.link import Link
@@ -33,48 +33,52 @@ if TYPE_CHECKING:
         wrap: Wrap | None
 
 
-@overload
-def connect(
-    url: Literal["sim:walter"] = ...,
-    settings: WalterSettings | None = ...,
-    **options: Unpack[Options],
-) -> Walter: ...
-@overload
-def connect(
-    url: str | Target,
-    settings: WalterSettings,
-    **options: Unpack[Options],
-) -> Walter: ...
-@overload
-def connect(
-    url: Literal["sim:simple"],
-    settings: CarSettings | None = ...,
-    **options: Unpack[Options],
-) -> Car: ...
-@overload
-def connect(
-    url: str | Target,
-    settings: CarSettings,
-    **options: Unpack[Options],
-) -> Car: ...
-@overload
-def connect(
-    url: Literal["sim:frame"],
-    settings: TwoEngineSettings | None = ...,
-    **options: Unpack[Options],
-) -> TwoEngine: ...
-@overload
-def connect(
-    url: str | Target,
-    settings: TwoEngineSettings,
-    **options: Unpack[Options],
-) -> TwoEngine: ...
-@overload
-def connect(
-    url: str | Target,
-    settings: AnySettings | None = ...,
-    **options: Unpack[Options],
-) -> Any: ...
+if TYPE_CHECKING:  # typing takes long to load
+
+    @overload
+    def connect(
+        url: Literal["sim:walter"] = ...,
+        settings: WalterSettings | None = ...,
+        **options: Unpack[Options],
+    ) -> Walter: ...
+    @overload
+    def connect(
+        url: str | Target,
+        settings: WalterSettings,
+        **options: Unpack[Options],
+    ) -> Walter: ...
+    @overload
+    def connect(
+        url: Literal["sim:simple"],
+        settings: CarSettings | None = ...,
+        **options: Unpack[Options],
+    ) -> Car: ...
+    @overload
+    def connect(
+        url: str | Target,
+        settings: CarSettings,
+        **options: Unpack[Options],
+    ) -> Car: ...
+    @overload
+    def connect(
+        url: Literal["sim:frame"],
+        settings: TwoEngineSettings | None = ...,
+        **options: Unpack[Options],
+    ) -> TwoEngine: ...
+    @overload
+    def connect(
+        url: str | Target,
+        settings: TwoEngineSettings,
+        **options: Unpack[Options],
+    ) -> TwoEngine: ...
+    @overload
+    def connect(
+        url: str | Target,
+        settings: AnySettings | None = ...,
+        **options: Unpack[Options],
+    ) -> Any: ...
+
+
 def connect(
     url: str | Target = "sim:walter",
     settings: AnySettings | None = None,

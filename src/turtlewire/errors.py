@@ -6,7 +6,9 @@ Each class knows the exit code that the command line ends with when it is not ha
 
 from __future__ import annotations
 
-from typing import ClassVar
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
 
 
 class TurtlewireError(Exception):

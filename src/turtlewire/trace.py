@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
-
+from turtlewire.named_tuple import NamedTuple
 from turtlewire.turtle import HOME, Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 # What stands on the ground, in millimetres: a straight piece of wall (x1, y1, x2, y2), or a disc (x, y, radius).
 Obstacle = tuple[float, float, float, float] | tuple[float, float, float]
@@ -41,18 +37,3 @@ class Trace:
         """Forget the strokes; the pose stays and is the new start."""
         self.strokes = []
         self.start = self.pose
-
-
-class Paper(Protocol):
-    """The ground that a robot draws on."""
-
-    @property
-    def trace(self) -> Trace:
-        """What is drawn there now."""
-
-    @property
-    def obstacles(self) -> Sequence[Obstacle]:
-        """What stands there."""
-
-    def clear_trace(self) -> None:
-        """Put a new sheet there."""

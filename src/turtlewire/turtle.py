@@ -9,13 +9,18 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from functools import lru_cache
-from typing import NamedTuple
+
+from turtlewire.named_tuple import NamedTuple
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 # An arc is drawn as a polygon whose sides leave the true circle by at most this much.
 ARC_SAGITTA_MM = 0.25
 # No arc has more than 3600 sides, however large its radius.
 FINEST_ARC_DEG = 0.1
+_DIRECTIONS_KEPT = 4096
 TONES = ("off", "low", "high")
 
 
@@ -48,14 +53,24 @@ class Pose(NamedTuple):
 HOME = Pose()
 
 
-@lru_cache(maxsize=4096)  # programs turn by the same angles again and again
-def direction(heading_deg: float) -> tuple[float, float]:
-    """The unit vector of a heading; exact for the four right angles, so squares close exactly."""
-    h = heading_deg % 360.0
-    if h % 90.0 == 0.0:
-        return ((0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0))[int(h // 90.0) % 4]
-    radians = math.radians(h)
-    return math.sin(radians), math.cos(radians)
+class _Directions(dict[float, tuple[float, float]]):
+    """The unit vectors of headings: programs turn by the same angles again and again."""
+
+    def __missing__(self, heading_deg: float) -> tuple[float, float]:
+        h = heading_deg % 360.0
+        if h % 90.0 == 0.0:
+            found = ((0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0))[int(h // 90.0) % 4]
+        else:
+            radians = math.radians(h)
+            found = math.sin(radians), math.cos(radians)
+        if len(self) >= _DIRECTIONS_KEPT:
+            self.clear()
+        self[heading_deg] = found
+        return found
+
+
+# The unit vector of a heading, exact for the four right angles, so squares close exactly.
+direction: Callable[[float], tuple[float, float]] = _Directions().__getitem__
 
 
 def wrapped(angle_deg: float) -> float:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
-from contextlib import suppress
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -17,12 +16,14 @@ def replace(path: Path, data: bytes) -> None:
     A file that was there keeps its permissions, a symbolic link stays one. Raises ``OSError``.
     """
     target = type(path)(os.path.realpath(path))
-    mode = None
-    with suppress(FileNotFoundError):
+    try:
         mode = target.stat().st_mode
-        if not stat.S_ISREG(mode):  # a pipe or a device cannot be replaced; a folder fails here
-            target.write_bytes(data)
-            return
+    except FileNotFoundError:
+        mode = None
+    # A pipe or a device cannot be replaced; a folder fails here.
+    if mode is not None and not stat.S_ISREG(mode):
+        target.write_bytes(data)
+        return
     temporary = target.with_name(f".turtlewire-{os.urandom(6).hex()}")
     try:
         with temporary.open("xb") as file:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NoReturn
-
 from turtlewire.logo import errors
 from turtlewire.logo.syntax import Call, Code, Failure, Invocation, Literal, Node, Variable
 from turtlewire.logo.values import List, show_in_error
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import NoReturn
+
     from turtlewire.logo.errors import LogoError
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.procedures import Result, UserProcedure

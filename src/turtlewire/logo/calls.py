@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo import blame, errors, tags, tracing
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import BODY, LAST, OPERATION, ExitError, Goto, Output, RunList, Stop, TailCall
@@ -11,6 +9,7 @@ from turtlewire.logo.scope import bind
 from turtlewire.logo.syntax import Invocation
 from turtlewire.logo.values import VALUE_TYPES, show_in_error
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
 

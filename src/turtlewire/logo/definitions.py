@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import (
     LogoError,
     does_not_like,
@@ -17,6 +15,7 @@ from turtlewire.logo.reader import Line, value_of
 from turtlewire.logo.tokens import PRECEDENCE
 from turtlewire.logo.values import TRUE, Value, members_of, plain, show
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.reader import Definition, Item

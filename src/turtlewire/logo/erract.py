@@ -5,13 +5,12 @@ Within them ERRACT has no value, so that an error there is an error.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import does_not_like
 from turtlewire.logo.procedures import OPERATION, ThrowError
 from turtlewire.logo.syntax import Call, Literal
 from turtlewire.logo.values import VALUE_TYPES, equal, show_in_error
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.errors import LogoError
     from turtlewire.logo.evaluator import Interpreter

@@ -8,8 +8,6 @@ of Python functions, which CPython keeps off the C stack; nothing between two of
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.errors import LimitReachedError, StoppedError, TurtlewireError
 from turtlewire.logo import blame, calls, erract, errors
 from turtlewire.logo.errors import LogoError, Position
@@ -30,7 +28,7 @@ from turtlewire.logo.procedures import (
     UserProcedure,
 )
 from turtlewire.logo.progress import Progress, running_place
-from turtlewire.logo.recursion import room_for_recursion
+from turtlewire.logo.recursion import RoomForRecursion
 from turtlewire.logo.streams import Streams
 from turtlewire.logo.syntax import (
     Call,
@@ -50,6 +48,7 @@ from turtlewire.logo.turtles import Turtles
 from turtlewire.logo.values import VALUE_TYPES, List, Value
 from turtlewire.logo.workspace import Workspace
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     import random
     from collections.abc import Callable, Mapping
@@ -136,7 +135,7 @@ class Interpreter(Workspace):
         """
         failed = True
         try:
-            with room_for_recursion(_FRAMES):
+            with RoomForRecursion(_FRAMES):
                 try:
                     self._ended_at = None
                     run_lines(self, source, name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
 
 from turtlewire.errors import LimitReachedError, StoppedError, TurtlewireError
 from turtlewire.logo import blame
@@ -11,6 +10,7 @@ from turtlewire.logo.procedures import COMMAND
 from turtlewire.logo.turtles import LimitsReachedError, Turtles
 from turtlewire.turtle import Pose, Turtle
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType

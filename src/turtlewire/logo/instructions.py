@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.evaluator import Interpreter
 from turtlewire.logo.reader import Line
 from turtlewire.logo.screen import ScreenTurtle
 from turtlewire.logo.syntax import Call, Invocation, Literal
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

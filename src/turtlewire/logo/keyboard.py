@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Any
 
 
 class Keyboard:
@@ -93,9 +93,10 @@ class StandardInput(Keyboard):
         if mode is not None:
             import termios
 
-            # The terminal may be gone.
-            with contextlib.suppress(termios.error, OSError, ValueError):
+            try:
                 termios.tcsetattr(sys.stdin, termios.TCSANOW, mode)
+            except (termios.error, OSError, ValueError):
+                return  # the terminal is gone
 
 
 def _read_standard_input() -> str:

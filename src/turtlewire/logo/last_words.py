@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo.errors import LogoError, stack_overflow
 from turtlewire.logo.evaluator import Interpreter
 from turtlewire.logo.events import stopped
 from turtlewire.logo.procedures import COMMAND, ThrowError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.procedures import Result
     from turtlewire.logo.syntax import Code

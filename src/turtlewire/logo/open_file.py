@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, BinaryIO, NoReturn
 
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.values import word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
+    from typing import BinaryIO, NoReturn
 
     from turtlewire.logo.values import List, Value
 

@@ -6,13 +6,12 @@ one or several whole instruction lines, or ``None`` when there is nothing more t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.definitions import define_from_title
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import COMMAND, Result, ThrowError
 from turtlewire.logo.reader import Definition, read
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

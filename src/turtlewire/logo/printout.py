@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.tracing import quoted
 from turtlewire.logo.values import (
     BACKSLASHED,
@@ -16,6 +14,7 @@ from turtlewire.logo.values import (
     spelled,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.procedures import UserProcedure
     from turtlewire.logo.values import List

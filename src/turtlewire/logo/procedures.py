@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
-
 from turtlewire.logo.syntax import Call, Invocation, MaybeOutputCall, Node, OutputCall
 from turtlewire.logo.tokens import PRECEDENCE
+from turtlewire.named_tuple import NamedTuple
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Any, TypeAlias, TypeVar
 
     from turtlewire.logo.reader import Line
     from turtlewire.logo.tokens import Place
     from turtlewire.logo.values import Array, List, Value
+
+    Function = TypeVar("Function", bound="Callable[..., Result]")
 
 
 # How the result of an evaluation is used.
@@ -68,8 +71,6 @@ class RunList:
 
 # ``None``: a command that is done.
 Result: TypeAlias = "str | int | float | List | Array | Stop | Output | Goto | TailCall | RunList | None"
-
-Function = TypeVar("Function", bound="Callable[..., Result]")
 
 
 def _inputs(count: int) -> str:

@@ -6,17 +6,18 @@ This is the outer half of Logo's tokenization: words end at spaces, brackets and
 
 from __future__ import annotations
 
-import re
-from typing import Any, NamedTuple
-
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.values import Array, List, Value, backslashed, barred, make_list, members_of, plain, word
+from turtlewire.named_tuple import NamedTuple
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _SPACES = " \t\f\v\r\0"
 _ENDS_A_WORD = frozenset(_SPACES + "\n[]{};|\\~()")
 _CLOSERS = {"[": "]", "{": "}"}
-_GOES_ON = re.compile("~[ \\t]*\n")
-_ORIGIN = re.compile("@(-?[0-9]{1,15})?")
+_LONGEST_ORIGIN = 15  # digits
 
 
 class Source:
@@ -175,8 +176,8 @@ class LineReader:
                 i = self._close(i, open_lists)
             elif self._begins_comment(i):
                 i = self._skip_comment(i)
-            elif c == "~" and (goes_on := _GOES_ON.match(text, i)) is not None:
-                i = goes_on.end()
+            elif c == "~" and (goes_on := _behind_tilde(text, i)):
+                i = goes_on
             else:
                 outside = len(open_lists) == 1 and not self._is_data
                 end, value = self._read_word(i, open_parens if outside else None)
@@ -216,11 +217,8 @@ class LineReader:
             item = Line(tuple(done.items), self.source, tuple(done.offsets))
             end = i + 1
         else:
-            origin = _ORIGIN.match(text, i + 1)
-            item = Array(
-                [value_of(each) for each in done.items], int(origin[1] or 1) if origin is not None else 1
-            )
-            end = i + 1 if origin is None else origin.end()
+            origin, end = _origin(text, i + 1)
+            item = Array([value_of(each) for each in done.items], origin)
         open_lists[-1].items.append(item)
         open_lists[-1].offsets.append(done.offset)
         return end
@@ -249,8 +247,8 @@ class LineReader:
                         open_parens.pop()
                 i += 1
                 continue
-            goes_on = _GOES_ON.match(text, i) if c == "~" else None
-            if c == "~" and goes_on is None:
+            goes_on = _behind_tilde(text, i) if c == "~" else 0
+            if c == "~" and not goes_on:
                 i += 1
                 continue
             pieces.append(text[begin:i])
@@ -259,8 +257,8 @@ class LineReader:
             elif c == "\\":
                 pieces.append(backslashed(text[i + 1 : i + 2]))
                 i += 2
-            elif goes_on is not None:
-                i = goes_on.end()
+            elif goes_on:
+                i = goes_on
             elif c == ";" and self._is_data:
                 begin = i
                 i += 1
@@ -353,6 +351,25 @@ def read_list(text: str) -> List:
         error.position = None  # the program that reads the list is to blame, not a line of it
         raise
     return Line(tuple(items)).value
+
+
+def _behind_tilde(text: str, i: int) -> int:
+    """The beginning of the next line, if a ``~`` is the last in its own but for spaces; otherwise 0."""
+    end = i + 1
+    while text.startswith((" ", "\t"), end):
+        end += 1
+    return end + 1 if text.startswith("\n", end) else 0
+
+
+def _origin(text: str, i: int) -> tuple[int, int]:
+    """The origin of an array, which may stand behind it as ``@0``, and where that ends; else 1."""
+    if not text.startswith("@", i):
+        return 1, i
+    first = i + 1 + text.startswith("-", i + 1)
+    end = first
+    while end - first < _LONGEST_ORIGIN and "0" <= text[end : end + 1] <= "9":
+        end += 1
+    return (int(text[i + 1 : end]), end) if end > first else (1, i + 1)
 
 
 def _starts_with(line: Line, *names: str) -> bool:

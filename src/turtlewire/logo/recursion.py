@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import sys
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _found: list[int] = []  # for each running program, the limit to be put back
 
 
-@contextmanager
-def room_for_recursion(frames: int) -> Iterator[None]:
-    """Let Python functions nest this deep. Several threads may be within: the last puts back what the first found."""
-    limit = _found[0] if _found else sys.getrecursionlimit()
-    _found.append(limit)
-    sys.setrecursionlimit(max(limit, frames))
-    try:
-        yield
-    finally:
-        _found.remove(limit)
+class RoomForRecursion:
+    """Lets Python functions nest this deep, while it is entered.
+
+    Several threads may be within: the last puts back what the first found.
+
+    Args:
+        frames: how deep.
+    """
+
+    def __init__(self, frames: int) -> None:
+        self._frames = frames
+        self._limit = 0
+
+    def __enter__(self) -> None:
+        self._limit = _found[0] if _found else sys.getrecursionlimit()
+        _found.append(self._limit)
+        sys.setrecursionlimit(max(self._limit, self._frames))
+
+    def __exit__(self, *_: object) -> None:
+        _found.remove(self._limit)
         if not _found:
-            sys.setrecursionlimit(limit)
+            sys.setrecursionlimit(self._limit)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo import errors
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import OPERATION, OptionalInput, Result, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import VALUE_TYPES, Value, make_list, show_in_error
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

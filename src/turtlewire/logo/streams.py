@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.keyboard import Keyboard, StandardInput
 from turtlewire.logo.open_file import Buffer, OpenFile, cannot_open, decode
 from turtlewire.logo.values import NIL, make_list, spelled
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
@@ -130,8 +128,10 @@ class Streams:
                 self.close(name)
         finally:
             for name in list(self._files):
-                with suppress(LogoError):
+                try:
                     self.close(name)
+                except LogoError:
+                    continue
 
     def finish(self, *, failed: bool) -> None:
         """The program has ended: close everything, the dribble file, too. One failure is enough to be told."""

@@ -6,8 +6,6 @@ reach as far to the right as they can. Which minus is unary: see ``tokens``.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import (
     LogoError,
     not_enough_inputs,
@@ -19,6 +17,7 @@ from turtlewire.logo.reader import Line
 from turtlewire.logo.tokens import DOTS, NAME, NEGATE, PRECEDENCE, VALUE, Place, Token, placed
 from turtlewire.logo.values import Array, parse_number, plain, to_text
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 

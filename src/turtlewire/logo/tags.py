@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.syntax import Call, Code, Literal, Node, Pending
 from turtlewire.logo.values import plain, to_text
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.procedures import UserProcedure

@@ -6,8 +6,6 @@ member, a lambda: an expression behind them, or nothing but lists, the lines of 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
-
 from turtlewire.logo.calls import call_primitive, expansion, invoke
 from turtlewire.logo.definitions import made_procedure
 from turtlewire.logo.errors import (
@@ -27,7 +25,10 @@ from turtlewire.logo.procedures import (
 from turtlewire.logo.syntax import Invocation
 from turtlewire.logo.values import List, Value, members_of, plain, show_in_error, to_text, to_words
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.reader import Line
 

@@ -7,11 +7,11 @@ are two values, and the minus alone in ``print - 3`` is infix.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
-
 from turtlewire.logo.errors import LogoError, unexpected_parenthesis
 from turtlewire.logo.values import SpelledNumber, parse_number, without_backslashes, word
+from turtlewire.named_tuple import NamedTuple
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.reader import Item, Line, Source
     from turtlewire.logo.values import Value

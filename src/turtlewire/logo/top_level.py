@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo import blame, errors
 from turtlewire.logo.calls import call_compiled
 from turtlewire.logo.definitions import define_from_title
@@ -11,6 +9,7 @@ from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import COMMAND, ThrowError
 from turtlewire.logo.reader import Definition, read
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

@@ -14,10 +14,11 @@ moving them to code points of plane 16, and ``plain`` moves them back.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
+    from typing import Any
 
 SPECIAL = " \t\n()[]{}+-*/=<>\"\\:;|~?'"
 BARRED = 0x10FE00  # a special character that stood between bars
@@ -39,7 +40,7 @@ FALSE = "false"
 
 
 # A cell of a list, [first, rest]; or [], the empty list.
-List = list[Any]
+List = list["Any"]
 NIL: List = []  # the empty list; others are as empty
 
 

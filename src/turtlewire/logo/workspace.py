@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.library import VARIABLES
 from turtlewire.logo.marks import Marks
 from turtlewire.logo.primitives import PRIMITIVES
@@ -11,6 +9,7 @@ from turtlewire.logo.reader import Line, line_of
 from turtlewire.logo.syntax import Code, Parser
 from turtlewire.logo.tokens import tokenize
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.procedures import Primitive, UserProcedure
     from turtlewire.logo.syntax import Node, Pending

@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
+    from turtlewire.robots.paper import Paper
     from turtlewire.robots.reconnecting import LinkState
     from turtlewire.robots.session import Session
     from turtlewire.robots.stops import Stops
-    from turtlewire.trace import Obstacle, Paper, Trace
+    from turtlewire.trace import Obstacle, Trace
 
 
 class AsyncRobot(ABC):

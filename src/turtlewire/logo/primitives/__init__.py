@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.primitives import (
     arithmetic,
     arrays,
@@ -25,6 +23,7 @@ from turtlewire.logo.primitives import (
     workspace,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.procedures import Primitive
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import no_value
 from turtlewire.logo.primitives.data import item_of, put_first, put_last
 from turtlewire.logo.primitives.inputs import integer, items, key, natural, text
 from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.values import NIL, Array, List, Value, make_list, word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

@@ -6,8 +6,6 @@ instruction can be a tail call.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import LogoError, did_not_output, outside_procedure
 from turtlewire.logo.pausing import CONTINUE, pause
 from turtlewire.logo.primitives.inputs import key, text, truth
@@ -37,6 +35,7 @@ from turtlewire.logo.values import (
     to_words,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

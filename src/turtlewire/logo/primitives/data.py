@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.primitives.inputs import integer, items, text
 from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.values import (
@@ -17,6 +15,7 @@ from turtlewire.logo.values import (
     word,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

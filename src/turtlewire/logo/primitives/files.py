@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
 
 from turtlewire.logo.open_file import OpenFile
 from turtlewire.logo.primitives.inputs import answer, key, natural, text
@@ -11,6 +10,7 @@ from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.streams import name_or_nil, not_open
 from turtlewire.logo.values import NIL, List, Value, members_of, plain, show
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

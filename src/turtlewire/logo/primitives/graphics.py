@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from turtlewire.logo.primitives.inputs import answer, finite, point
 from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.values import Number, Value, make_list, narrowed
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

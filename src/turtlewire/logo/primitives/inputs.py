@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from turtlewire.logo.procedures import BadInputError
 from turtlewire.logo.values import FALSE, TRUE, Number, Value, members_of, plain, to_number, to_text
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

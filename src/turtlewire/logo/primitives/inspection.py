@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo import printout
 from turtlewire.logo.errors import no_value, unknown_procedure
 from turtlewire.logo.marks import Contents
@@ -12,6 +10,7 @@ from turtlewire.logo.primitives.workspace import property_members, users
 from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
 from turtlewire.logo.values import NIL, List, Value, make_list, members_of
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

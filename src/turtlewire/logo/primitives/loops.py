@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.errors import did_not_output
 from turtlewire.logo.primitives.inputs import key, natural, number, truth
 from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter, Result
 from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import Number, Value, members_of, narrowed
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.blame import refuse_several
 from turtlewire.logo.calls import invoke
 from turtlewire.logo.definitions import define_from_list
@@ -13,6 +11,7 @@ from turtlewire.logo.procedures import BadInputError, Chapter, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.values import Array, List, Value, make_list, members_of, show_in_error, word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

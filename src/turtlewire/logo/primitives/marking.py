@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.definitions import may_redefine
 from turtlewire.logo.errors import is_primitive
 from turtlewire.logo.library import LIBRARY
@@ -12,6 +10,7 @@ from turtlewire.logo.primitives.inputs import answer
 from turtlewire.logo.primitives.inspection import all_contents, contents_of, names_input
 from turtlewire.logo.procedures import BadInputError, Chapter, Primitive, UserProcedure
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.values import Value

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.primitives.inputs import answer, integer, text
 from turtlewire.logo.procedures import BadInputError, Chapter
 from turtlewire.logo.reader import line_of, read_list, value_of
@@ -22,6 +20,7 @@ from turtlewire.logo.values import (
     word,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

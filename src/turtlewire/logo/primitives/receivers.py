@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.primitives.inputs import answer, natural
 from turtlewire.logo.procedures import Chapter
 from turtlewire.logo.receiving import list_of_line, word_of_line
 from turtlewire.logo.values import NIL, Value, word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

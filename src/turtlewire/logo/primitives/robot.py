@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.events import set_limit_handler
 from turtlewire.logo.primitives.inputs import finite, integer, text
 from turtlewire.logo.procedures import COMMAND, OPERATION, BadInputError, Chapter, Result
 from turtlewire.logo.values import make_list, members_of, plain, word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.values import Value

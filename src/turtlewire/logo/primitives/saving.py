@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import sys
-from typing import TYPE_CHECKING
 
 from turtlewire import whole_file
 from turtlewire.logo.definitions import define_from_title
@@ -17,6 +16,7 @@ from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter
 from turtlewire.logo.reader import Definition, read
 from turtlewire.logo.values import TRUE, make_list
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.marks import Contents

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from turtlewire.logo.errors import did_not_output, unknown_procedure
 from turtlewire.logo.primitives.inputs import items, natural, text, truth
@@ -12,6 +11,7 @@ from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.templates import Template, applied, put_back, template
 from turtlewire.logo.values import NIL, VALUE_TYPES, Value, make_list, members_of, show, word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

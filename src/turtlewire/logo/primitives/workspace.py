@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from turtlewire.logo.definitions import copy_definition, define_from_list
 from turtlewire.logo.errors import LogoError, is_primitive, no_value, unknown_procedure
 from turtlewire.logo.primitives.inputs import answer, key, text
@@ -15,6 +13,7 @@ from turtlewire.logo.scope import set_local
 from turtlewire.logo.tracing import tell_property, tell_variable
 from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain, word
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
 

@@ -21,8 +21,8 @@ from turtlewire.protocols.simple.messages import (
 from turtlewire.robots.car.motions import motions
 from turtlewire.robots.car.settings import DEFAULTS, Settings
 from turtlewire.robots.car.turning import Turning
+from turtlewire.robots.paper import Paper
 from turtlewire.robots.timed.driver import AsyncTimedRobot
-from turtlewire.trace import Paper
 
 if TYPE_CHECKING:
     from collections.abc import Callable

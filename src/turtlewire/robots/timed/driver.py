@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.paper import Paper
     from turtlewire.robots.timed.motions import SetPointHost
-    from turtlewire.trace import Paper, Trace
+    from turtlewire.trace import Trace
 
 # A motion is slowed down so that it takes at least so long: the wire and the clock are not exact.
 LEAST_HOLD_S = 0.1

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
+    from turtlewire.robots.paper import Paper
     from turtlewire.robots.timed.reckoning import Motion
-    from turtlewire.trace import Paper
     from turtlewire.turtle import Pose
 
 # Less is not worth a turn.

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
-    from turtlewire.trace import Paper, Trace
+    from turtlewire.robots.paper import Paper
+    from turtlewire.trace import Trace
 
 HORNS: dict[str, type[LogoCommand]] = dict(zip(TONES, (HornOff, HornLow, HornHigh), strict=True))
 
