@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
+    from turtlewire.protocols.message import AnyMessage
     from turtlewire.robots.paper import Paper
     from turtlewire.robots.reconnecting import LinkState
     from turtlewire.robots.session import Session
@@ -184,6 +185,18 @@ class AsyncRobot(ABC):
     @abstractmethod
     async def drive(self, speed: float, turn: float, *, valid_s: float | None = None) -> None:
         """Go on so until told otherwise: see ``Drive.drive``."""
+
+    @abstractmethod
+    async def send(self, *messages: AnyMessage, valid_s: float | None = None) -> None:
+        """Send messages of the protocol as somebody wrote them; the driver keeps account of what they do.
+
+        Returns when they are on their way, or, of those that are answered, when they are. ``valid_s``: what goes on
+        until told otherwise is stopped when nothing newer has come for so long; None: it goes on.
+
+        Raises ``MessageError``, before any byte leaves, for what is no message to this robot or has a field out of
+        range, ``UsageError`` for one that would take the robot out of the driver's hands, and ``NotSupportedError``
+        for one that this robot lacks.
+        """
 
     # ------------------------------------------------------------------ pen, screen, speed, horn, lamp
 

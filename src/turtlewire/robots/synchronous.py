@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
+    from turtlewire.protocols.message import AnyMessage
     from turtlewire.robots.reconnecting import LinkState
     from turtlewire.robots.runner import Runner
     from turtlewire.trace import Obstacle, Trace
@@ -130,6 +131,13 @@ class SynchronousRobot(Turtle, Drive, Generic[RobotT]):
     def drive(self, speed: float, turn: float, *, valid_s: float | None = None) -> None:
         """Go on so until told otherwise: see ``Drive.drive``."""
         self._runner.run(self._robot.drive(speed, turn, valid_s=valid_s))
+
+    def send(self, *messages: AnyMessage, valid_s: float | None = None) -> None:
+        """Send messages of the protocol as somebody wrote them; the driver keeps account of what they do.
+
+        See ``AsyncRobot.send`` for what they may be; those of frame go out in one frame if they fit (F9).
+        """
+        self._runner.run(self._robot.send(*messages, valid_s=valid_s))
 
     # ------------------------------------------------------------------ pen, screen, speed, horn, lamp
 

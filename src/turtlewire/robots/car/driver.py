@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 from turtlewire.drive import checked
 from turtlewire.errors import MessageError, NotSupportedError
-from turtlewire.protocols.simple.messages import Headlights
+from turtlewire.protocols.simple.messages import (
+    DriveBackward,
+    DriveForward,
+    Headlights,
+    SimpleCommand,
+    SteerLeft,
+    SteerRight,
+    Stop,
+)
 from turtlewire.robots.calibration import FULL_PWM
 from turtlewire.robots.car.line import CarLine
 from turtlewire.robots.car.settings import Statistics
@@ -16,6 +24,7 @@ from turtlewire.robots.checks import check, check_hold, check_valid_s
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from turtlewire.protocols.message import AnyMessage
     from turtlewire.robots.timed.reckoning import Motion
 
 
@@ -71,6 +80,23 @@ class AsyncCar(CarLine):
         self._session.flush()
         self._driven(self._motions.motion(self._motor, steering))
         await self._answered()
+
+    async def send(self, *messages: AnyMessage, valid_s: float | None = None) -> None:
+        """Send commands; returns when the car has accepted all of them. See ``AsyncRobot.send``."""
+        check_valid_s(valid_s)
+        for message in [_sendable(message) for message in messages]:
+            match message:
+                case DriveForward(speed) | DriveBackward(speed):
+                    await self.motor(message.SIGN * speed, valid_s=valid_s)
+                case SteerLeft(lock) | SteerRight(lock):
+                    await self.steer(message.SIGN * lock)
+                case Stop():
+                    await self.stop()
+                    await self._get_ready()
+                case _:
+                    await self._ready()
+                    self._host.submit(message)
+                    await self._until(lambda: self._host.idle)
 
     async def hold(self, pwm: int, steering: int, seconds: float, settle_s: float | None = None) -> None:
         """Turn the front wheels, drive for a time, and stand still again: the motion that calibration measures.
@@ -261,6 +287,12 @@ class AsyncCar(CarLine):
         pwm = curve.pwm(self._fitting(distance_mm, curve.full_mm_per_s))
         pwm = int(math.copysign(pwm, distance_mm))
         return self._motions.motion(pwm, steer), lambda: self._submit_motor(pwm)
+
+
+def _sendable(message: AnyMessage) -> SimpleCommand:
+    if not isinstance(message, SimpleCommand):
+        raise MessageError(f"{message.name()} is what a car says, or no message of its protocol")
+    return message.check()
 
 
 def _check_pwm(name: str, value: object) -> None:

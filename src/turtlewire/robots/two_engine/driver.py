@@ -6,7 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 from turtlewire.drive import checked
-from turtlewire.errors import LimitReachedError, NotSupportedError, UsageError
+from turtlewire.errors import LimitReachedError, MessageError, NotSupportedError, UsageError
+from turtlewire.protocols.frame.dialect import TO_ROBOT
+from turtlewire.protocols.frame.message import FrameMessage
 from turtlewire.robots.checks import check_hold, check_valid_s
 from turtlewire.robots.two_engine.line import SERVO, TwoEngineLine, way
 from turtlewire.robots.two_engine.settings import Statistics
@@ -14,7 +16,7 @@ from turtlewire.robots.two_engine.wheels import EngineWheels, Told, wheels
 from turtlewire.turtle import TONES
 
 if TYPE_CHECKING:
-    from turtlewire.protocols.frame.message import FrameMessage
+    from turtlewire.protocols.message import AnyMessage
     from turtlewire.robots.calibration import TwoEngineCalibration
 
 LAMP, BEEP = "set_lamp", "beep"
@@ -38,7 +40,7 @@ class AsyncTwoEngine(TwoEngineLine):
 
     # ------------------------------------------------------------------ the robot's own commands
 
-    async def send(self, *messages: FrameMessage, valid_s: float | None = None) -> None:
+    async def send(self, *messages: AnyMessage, valid_s: float | None = None) -> None:
         """Send messages of the dialect, in one frame if they fit (F9); returns when they are on their way.
 
         ``valid_s``: the robot is stopped when no newer set-point of its wheels has come for so long; None: it goes on.
@@ -46,19 +48,25 @@ class AsyncTwoEngine(TwoEngineLine):
         Raises ``MessageError``, before any byte leaves, for a message of another dialect or a field out of range (F4).
         """
         check_valid_s(valid_s)
-        for message in messages:
-            self._dialect.check(message)
+        checked = [self._sendable(message) for message in messages]
         await self._ready()
         told: Told | None = None
-        for message in messages:
+        for message in checked:
             told = self._wheels.after(told or self._told_wheels, message) or told
             self._note_pen(message)
         if told is None:
-            self._host.send(*messages)
+            self._host.send(*checked)
         else:
-            self._steer(told, messages)
+            self._steer(told, tuple(checked))
             self._expire(valid_s)
         await self._until(lambda: self._host.idle)
+
+    def _sendable(self, message: AnyMessage) -> FrameMessage:
+        if not isinstance(message, FrameMessage):
+            raise MessageError(f"{message.name()} is no message of the dialect {self._dialect.name}")
+        if not self._dialect.check(message).goes(TO_ROBOT):
+            raise MessageError(f"{message.name()} is what a robot says, not what it is told")
+        return message
 
     async def engine(self, number: int, speed: int, *, valid_s: float | None = None) -> None:
         """Turn one engine, until told otherwise: -255 (full speed backward) .. 255 (full speed forward).

@@ -8,7 +8,6 @@ from turtlewire.robots.timed.synchronous import TimedRobot
 from turtlewire.robots.two_engine.driver import AsyncTwoEngine
 
 if TYPE_CHECKING:
-    from turtlewire.protocols.frame.message import FrameMessage
     from turtlewire.robots.calibration import TwoEngineCalibration
     from turtlewire.robots.two_engine.settings import Statistics
 
@@ -23,10 +22,6 @@ class TwoEngine(TimedRobot[AsyncTwoEngine]):
     def statistics(self) -> Statistics:
         """Figures of this connection."""
         return self._robot.statistics
-
-    def send(self, *messages: FrameMessage, valid_s: float | None = None) -> None:
-        """Send messages of the dialect, in one frame if they fit (F9)."""
-        self._runner.run(self._robot.send(*messages, valid_s=valid_s))
 
     def engine(self, number: int, speed: int, *, valid_s: float | None = None) -> None:
         """Turn one engine, until told otherwise: -255 (full speed backward) .. 255 (full speed forward)."""

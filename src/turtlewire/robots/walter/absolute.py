@@ -8,8 +8,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from turtlewire.errors import NotSupportedError
 from turtlewire.protocols.walter.codec import encode
-from turtlewire.protocols.walter.messages import GoHome, GoTo, GoToX, GoToY, LogoCommand, TurnTo
+from turtlewire.protocols.walter.messages import (
+    GoHome,
+    GoTo,
+    GoToX,
+    GoToY,
+    LogoCommand,
+    ResetLocation,
+    TurnTo,
+)
+from turtlewire.robots.frame import Frame
 from turtlewire.robots.walter.whereabouts import ANY_HEADING, TOLERANCE_DEG, TOLERANCE_MM, UNIT_MM
 from turtlewire.turtle import HOME, Pose, wrapped
 
@@ -57,6 +67,38 @@ class AbsoluteMoves:
             return False
         position.exact = HOME
         return True
+
+    async def carry_out(self, command: LogoCommand) -> None:
+        """Have a command of group C sent as somebody wrote it, in the robot's own coordinates; it tells where that led.
+
+        Raises ``NotSupportedError`` for a robot that has no such commands, or cannot tell.
+        """
+        wire = self._wire
+        where, settings = wire.where, wire.settings
+        if "C" not in wire.groups or not wire.host.answers:
+            raise NotSupportedError(
+                f"the robot at {wire.link.url} has no {command.name()}, or cannot tell where that leads"
+            )
+        if (settings.distance_scale, settings.turn_scale) != (1.0, 1.0):
+            raise NotSupportedError(
+                f"{command.name()}: the robot at {wire.link.url} is calibrated, and so its coordinates are not the "
+                "turtle's"
+            )
+        await wire.finish()
+        here = where.frame.to_robot(where.position.robot)
+        there = {
+            field.name[0]: value * UNIT_MM
+            for field, value in zip(command.FIELDS, command.values(), strict=True)
+        }
+        far = Pose(there.get("x", 0.0), there.get("y", 0.0), here.heading_deg)
+        wire.host.submit(command, self._duration_s(where.frame.from_robot(far)))
+        pose = await wire.reported_pose()
+        if isinstance(command, ResetLocation):
+            # It stands where it stood, and calls that by another name.
+            where.frame = Frame.matching(where.position.robot, where.frame.to_robot(pose))
+        else:
+            where.arrived(pose, pen_down=wire.pen_down)
+            where.position.exact = pose
 
     def _turn(self, pose: Pose) -> tuple[LogoCommand, Pose]:
         return TurnTo(round(self._wire.where.frame.to_robot(pose).heading_deg) % 360), pose

@@ -150,8 +150,10 @@ class ByHand:
         is_new = keys[0] not in (SetMoveSpeed(hand.move_speed), SetTurnSpeed(hand.turn_speed))
         return keys[:1] if is_new else ()
 
-    async def press(self, *keys: DirectKey) -> None:
+    async def press(self, *keys: DirectKey, valid_s: float | None = None) -> None:
         """Press keys; takes the robot from a program that moves it, and out of Logo control.
+
+        ``valid_s``: what goes on then is stopped when no set-point has come for so long; None: that stays as it is.
 
         Raises ``UsageError`` for the key that leaves direct control: the next command of the turtle does that, and sees
         to it that host and robot agree where it is; and what ``drive`` raises.
@@ -161,6 +163,8 @@ class ByHand:
             if isinstance(key, SelectLogo):
                 raise UsageError("the next command of the turtle changes to Logo control by itself")
         await self._send(lambda: keys)
+        if valid_s is not None:
+            self._wire.session.set_alarm(self._wire.link.now() + valid_s, self._out_of_time)
 
     async def _send(self, choose: Callable[[], tuple[DirectKey, ...]]) -> None:
         """Press what is chosen when its time has come, unless something newer has come by then."""

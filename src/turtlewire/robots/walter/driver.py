@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from turtlewire.errors import NotSupportedError
 from turtlewire.protocols.walter.messages import (
     DirectKey,
     HornHigh,
@@ -17,9 +16,10 @@ from turtlewire.protocols.walter.messages import (
     SetSpeed,
 )
 from turtlewire.robots.asynchronous import AsyncRobot
-from turtlewire.robots.checks import check, check_speed, check_tone
+from turtlewire.robots.checks import check, check_speed, check_tone, check_valid_s
 from turtlewire.robots.walter.absolute import AbsoluteMoves
 from turtlewire.robots.walter.by_hand import ByHand
+from turtlewire.robots.walter.by_message import ByMessage
 from turtlewire.robots.walter.connection import Connection
 from turtlewire.robots.walter.settings import DEFAULTS, Settings, Statistics
 from turtlewire.turtle import TONES, Pose
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turtlewire.links.link import Link
+    from turtlewire.protocols.message import AnyMessage
     from turtlewire.robots.paper import Paper
     from turtlewire.trace import Trace
 
@@ -58,6 +59,7 @@ class AsyncWalter(AsyncRobot):
         self._wire = Connection(link, settings.checked(), notify)
         self._absolute = AbsoluteMoves(self._wire)
         self._by_hand = ByHand(self._wire)
+        self._by_message = ByMessage(self._wire, self._by_hand, self._absolute)
         self._session = self._wire.session
         self._stops_told = self._wire.stops
         self._paper = paper
@@ -139,13 +141,13 @@ class AsyncWalter(AsyncRobot):
         Raises ``NotSupportedError`` for a robot without group Q.
         """
         await self._wire.ready()
-        self._need("Q", "answers no queries")
+        self._wire.need("Q", "answers no queries")
         return await self._wire.reported_pose()
 
     async def ask(self, query: LogoCommand) -> RobotMessage:
         """Send any query of the protocol; its answer. Raises ``NotSupportedError`` without group Q."""
         await self._wire.ready()
-        self._need("Q", "answers no queries")
+        self._wire.need("Q", "answers no queries")
         return await self._wire.ask(query)
 
     # ------------------------------------------------------------------ motion
@@ -215,6 +217,16 @@ class AsyncWalter(AsyncRobot):
         """Press keys of direct control. The next command of the turtle stops the robot and changes to Logo control."""
         await self._by_hand.press(*keys)
 
+    async def send(self, *messages: AnyMessage, valid_s: float | None = None) -> None:
+        """Send commands and keys as they are, see ``AsyncRobot.send``; of a query, the answer has come, too.
+
+        Arguments may have the bytes 0D and 0A, which the driver avoids otherwise (W8). Where a command of group C led,
+        the robot is asked. Raises ``UsageError`` for what changes between Logo control and direct control.
+        """
+        check_valid_s(valid_s)
+        for message in [self._by_message.checked(message) for message in messages]:
+            await self._by_message.send(message, valid_s)
+
     @property
     def features(self) -> frozenset[str]:
         """What else the robot has, as far as is known: a pen; by its groups (W10), a horn and a lamp."""
@@ -242,14 +254,14 @@ class AsyncWalter(AsyncRobot):
         """Sound the horn: off, low or high."""
         check_tone(tone)
         await self._wire.ready()
-        self._need("H", "has no horn")
+        self._wire.need("H", "has no horn")
         self._wire.submit(HORNS[tone](), 0.0)
         await self._accepted()
 
     async def lamp(self, on: bool) -> None:
         """Switch the lamp."""
         await self._wire.ready()
-        self._need("E", "has no lamp")
+        self._wire.need("E", "has no lamp")
         self._wire.submit(LampOn() if on else LampOff(), 0.0)
         await self._accepted()
 
@@ -279,9 +291,3 @@ class AsyncWalter(AsyncRobot):
             await self._wire.finish()
         else:
             await self._wire.until(lambda: self._wire.host.unsent == 0)
-
-    # ------------------------------------------------------------------ capability groups (W10)
-
-    def _need(self, group: str, lack: str) -> None:
-        if group not in self._wire.groups:
-            raise NotSupportedError(f"the robot at {self._wire.link.url} {lack}")

@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
-from turtlewire.errors import LinkClosedError, PoseUncertainError, StoppedError
+from turtlewire.errors import LinkClosedError, NotSupportedError, PoseUncertainError, StoppedError
 from turtlewire.protocols.walter.codec import ALL_GROUPS
 from turtlewire.protocols.walter.host import Answer, Done, Event, FenceLost, Host, Limit, Silent
 from turtlewire.protocols.walter.messages import (
@@ -132,6 +132,11 @@ class Wire(ABC):
         if self._closed:
             raise LinkClosedError(f"the link to {self.link.url} is closed: connect again")
         self.session.check()
+
+    def need(self, group: str, lack: str) -> None:
+        """Raises ``NotSupportedError`` for a robot without a capability group (W10)."""
+        if group not in self.groups:
+            raise NotSupportedError(f"the robot at {self.link.url} {lack}")
 
     # ------------------------------------------------------------------ stopping
 

@@ -29,6 +29,7 @@ from turtlewire.links.faults import Faults, FaultyLink
 from turtlewire.links.memory import MemoryLink
 from turtlewire.links.stream import open_port
 from turtlewire.logo import Interpreter, ScreenTurtle
+from turtlewire.protocols.catalogue import codec
 from turtlewire.protocols.frame.codec import Frame, FrameDecoder
 from turtlewire.protocols.frame.dialect import TO_ROBOT, read_dialect, shipped
 from turtlewire.protocols.frame.messages import EngineBackward, EngineForward, SetServoPosition
@@ -174,6 +175,7 @@ def test_f4_what_is_out_of_range_is_refused_before_any_byte_leaves(bench: MakeBe
         lambda: car.set_servo(2, 0),
         lambda: car.send(EngineForward(0, 100), SetServoPosition(9, 0)),
         lambda: car.send(shipped("telemetry").parse("set_lamp on=1")),
+        lambda: car.send(codec("walter").parse("pen_up")),
         lambda: car.drive(0, 2),
         lambda: car.drive(float("inf"), 0),
         lambda: car.horn("loud"),
@@ -181,6 +183,14 @@ def test_f4_what_is_out_of_range_is_refused_before_any_byte_leaves(bench: MakeBe
     for use in refused:
         with pytest.raises(MessageError):
             use()
+    assert made.wire.bytes_sent == b""
+
+
+def test_what_a_robot_says_it_is_not_told(bench: MakeBench) -> None:
+    made = bench(dialect="telemetry", repeat_s=None)
+    made.wire.forget()
+    with pytest.raises(MessageError, match="odometry is what a robot says"):
+        made.turtle.send(shipped("telemetry").parse("odometry 1 2 3"))
     assert made.wire.bytes_sent == b""
 
 
