@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 # the time between repetitions 40.
 FIRST_MS, HOLD_MS = 700.0, 250.0
 LEAST_MS, MOST_MS = 50.0, 5000.0
-# Whoever sits there waits longer for a lost robot than a program does; Q ends it.
-RECONNECT_S = 3600.0
 EXAMPLES = """\
 examples:
   turtlewire drive
@@ -136,17 +134,7 @@ def _target(arguments: argparse.Namespace) -> tuple[Target, float]:
         from turtlewire.links.faults import Faults
 
         found = found._replace(faults=Faults.parse(arguments.faults))
-    found = found._replace(overrides={"reconnect_s": RECONNECT_S, **found.overrides})
-    found.settings()  # complain of them before anything is opened
-    if not found.is_simulated:
-        return found, 1.0
-    from turtlewire.simulated import simulated
-
-    made = simulated(found)
-    simulation = dict(found.simulation)
-    if simulation.pop("pace", "real") == "max":
-        raise UsageError(f"{found.name!r}: nobody can drive at pace=max; it can be real, or a number")
-    return made.target._replace(simulation=simulation), made.pace or 1.0
+    return options.by_hand(found)
 
 
 def _need_terminal() -> None:

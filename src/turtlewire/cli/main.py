@@ -2,49 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
-import importlib
 import sys
-from typing import TYPE_CHECKING
 
-from turtlewire.cli import options, output
+from turtlewire.cli import output
 from turtlewire.cli.signals import INTERRUPTED, Interrupted, Signals
 from turtlewire.errors import TurtlewireError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import TracebackType
 
-EPILOG = """\
-examples:
-  turtlewire run examples/rose.logo --picture rose.svg
-  turtlewire drive                               (by keyboard)
-  turtlewire simulate walter --listen pty        (prints a URL)
-  turtlewire run examples/rose.logo --port URL   (in another terminal)
-  turtlewire stop --port URL
-
-exit codes:
-  0 done, 1 the program or its data is wrong, 2 usage, 3 robot or link, 130 interrupted
-"""
 USAGE = 2
-# Each is a module beside this one, loaded when it is wanted; in this order they are listed.
-COMMANDS = (
-    "run",
-    "logo",
-    "drive",
-    "calibrate",
-    "simulate",
-    "stop",
-    "doctor",
-    "ports",
-    "robots",
-    "encode",
-    "decode",
-    "identify",
-    "monitor",
-    "dialect",
-    "firmware",
-)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,16 +21,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     output.prepare()
     sys.excepthook = _tell_of_bug
     arguments = sys.argv[1:] if arguments is None else arguments
-    # To load the others takes longer than many a program.
-    parser = _parser(arguments[:1] if arguments and arguments[0] in COMMANDS else COMMANDS)
     if not arguments:
-        output.tell(parser.format_help())
+        from turtlewire.cli import command_line
+
+        output.tell(command_line.help_text())
         return USAGE
-    parsed = parser.parse_args(arguments)
+    script = script_of(arguments)
+    if script is None:
+        from turtlewire.cli import command_line
+
+        parsed = command_line.parse(arguments)
     with Signals() as signals:
         try:
             try:
-                code: int = parsed.execute(parsed, signals)
+                if script is not None:
+                    from turtlewire.cli import logo_script
+
+                    code = logo_script.run(script)
+                else:
+                    code = parsed.execute(parsed, signals)
             finally:
                 output.finish()
         except TurtlewireError as error:
@@ -73,28 +51,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _parser(names: Sequence[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="turtlewire",
-        description="Drive, program and trust any small serial robot.",
-        epilog=EPILOG,
-        formatter_class=options.Formatter,
+def script_of(arguments: Sequence[str]) -> Sequence[str] | None:
+    """The program and its arguments in ``logo PROGRAM ARGUMENTS...``; ``None`` for any other command line.
+
+    So scripts are mostly started, and a parser takes longer to load than they take to run. Whatever may be an option is
+    the parser's.
+    """
+    command, *words = arguments
+    is_script = (
+        command == "logo" and words and words[0] != "fmt" and not any(w.startswith("-") for w in words)
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name in names:
-        importlib.import_module(f"turtlewire.cli.{name}").add_parser(commands)
-    return parser
-
-
-class _Version(argparse.Action):
-    """The version, looked up when it is asked for: that takes longer than anything else here."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        from importlib.metadata import version
-
-        print(f"turtlewire {version('turtlewire')}")
-        parser.exit()
+    return words if is_script else None
 
 
 def _tell_of_bug(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:

@@ -16,6 +16,8 @@ PORTS = (
     "a device (/dev/ttyUSB0, COM3), serial:///dev/ttyUSB0?baud=9600, socket://host:port, or pty; with options such "
     "as ?protocol=simple&window=4"
 )
+# Whoever drives by hand waits longer for a lost robot than a program does, and can end that.
+RECONNECT_S = 3600.0
 ROBOT = "a robot in robots.toml, or what the one at --port speaks: walter, simple or frame (walter)"
 
 
@@ -122,6 +124,24 @@ def with_settings(found: Target, assignments: list[str]) -> Target:
                 f"--set {assignment}: {text!r} is no value for {name}, which must be {known[name].wanted}"
             ) from None
     return found._replace(overrides=values)
+
+
+def by_hand(found: Target) -> tuple[Target, float]:
+    """The robot, as somebody drives it by hand, and the pace of a simulated one: its seconds in one on the wall.
+
+    Raises ``UsageError`` or ``DataError`` for what is wrong with its settings, before anything is opened.
+    """
+    found = found._replace(overrides={"reconnect_s": RECONNECT_S, **found.overrides})
+    found.settings()
+    if not found.is_simulated:
+        return found, 1.0
+    from turtlewire.simulated import simulated
+
+    made = simulated(found)
+    simulation = dict(found.simulation)
+    if simulation.pop("pace", "real") == "max":
+        raise UsageError(f"{found.name!r}: nobody can drive at pace=max; it can be real, or a number")
+    return made.target._replace(simulation=simulation), made.pace or 1.0
 
 
 def with_replies(found: Target) -> Target:

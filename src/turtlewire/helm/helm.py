@@ -20,11 +20,13 @@ from turtlewire.errors import (
     StoppedError,
     TurtlewireError,
 )
+from turtlewire.helm.lease import Lease
 from turtlewire.helm.sight import Ear, Sight, title
 from turtlewire.helm.view import Level, Notice, View
 from turtlewire.helm.wishes import Action, Order, Wish, walter_key
 from turtlewire.robots.runner import ThreadRunner
 from turtlewire.robots.walter import AsyncWalter
+from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -87,26 +89,31 @@ class Helm:
         self._orders: deque[Order] = deque()
         self.refused = 0
         self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
+        self._told = 0
+        self._is_connected = False
 
     # ------------------------------------------------------------------ from whoever drives
 
     def connect(self) -> None:
         """Reach the robot. Raises what ``turtlewire.connect`` raises."""
-        runner = ThreadRunner()
+        runner = self._runner = ThreadRunner()
         try:
             runner.run(self._connect())
         except BaseException:
+            self._runner = None
             runner.close()
             raise
-        self._runner = runner
+        self._is_connected = True
 
     def close(self) -> None:
-        """Stop the robot, and let go of it."""
+        """Stop the robot, and let go of it; give up reaching it, if that is still going on in another thread."""
         runner, self._runner = self._runner, None
         if runner is None:
             return
         try:
-            runner.run(self._close())
+            if self._is_connected:
+                self._is_connected = False
+                runner.run(self._close())
         finally:
             runner.close()
 
@@ -124,8 +131,7 @@ class Helm:
 
     def stop_and_wait(self, seconds: float) -> None:
         """Stop at once; come back when the stop has left the program, or after so long."""
-        runner = self._runner
-        if runner is None:
+        if not self._is_connected:
             return
         with contextlib.suppress(TimeoutError, RuntimeError):
             asyncio.run_coroutine_threadsafe(self._stopped(), self._loop).result(seconds)
@@ -134,8 +140,19 @@ class Helm:
         """Have people told something."""
         self._soon(lambda: self._tell(text, level))
 
+    def lend(self) -> Lease:
+        """Lend the robot, which stands: until the lease is closed, nothing is driven or asked by itself.
+
+        Raises ``LinkClosedError`` while the robot is not reached.
+        """
+        if not self._is_connected:
+            raise LinkClosedError(f"the {self.title} is not reached")
+        lease = Lease(self._robot, self._hands, self._loop, self._taken_back)
+        self._soon(lambda: self._lent(lease))
+        return lease
+
     def _soon(self, act: Callable[[], object]) -> None:
-        if self._runner is not None:
+        if self._is_connected:
             with contextlib.suppress(RuntimeError):  # it has just been closed
                 self._loop.call_soon_threadsafe(act)
 
@@ -146,6 +163,8 @@ class Helm:
 
         self._loop = asyncio.get_running_loop()
         self._wake = asyncio.Event()
+        self._hands = asyncio.Lock()
+        self._leases: set[Lease] = set()
         ear = Ear(self._target, self._pace, self._between)
         robot: AsyncRobot = await connect_async(
             self._target, notify=self._warn, announce=self._announce, wrap=ear
@@ -207,6 +226,8 @@ class Helm:
         self._wish = self._wish._replace(until=-math.inf)
         self.refused = self._wish.number
         self._orders.clear()
+        for lease in self._leases:
+            lease.end()
         task = asyncio.create_task(self._stopped(), name="turtlewire stop")
         self._stopping.add(task)
         task.add_done_callback(self._stopping.discard)
@@ -223,7 +244,8 @@ class Helm:
         while self.failure is None:
             wish = self._wish
             try:
-                goes_on = await self._next(wish)
+                async with self._hands:
+                    goes_on = await self._next(wish)
             except TurtlewireError as error:
                 self._trouble(error, wish)
             else:
@@ -237,6 +259,10 @@ class Helm:
         if self._is_driven and not moves:
             await self._robot.drive(0.0, 0.0)
             self._stands()
+        elif self._leases:
+            for lease in self._leases:
+                lease.granted.set()
+            return False
         elif self._orders:
             await self._end_asking()
             await self._carry_out(self._orders.popleft())
@@ -260,7 +286,9 @@ class Helm:
     async def _wait(self) -> None:
         """Until something new comes, or something is due."""
         due = self._check_due()
-        if self._is_driven:
+        if self._leases:
+            due = math.inf
+        elif self._is_driven:
             due = self._wish.until
         elif not self._is_sure:
             due = self._stood_s + SURE_S
@@ -282,6 +310,22 @@ class Helm:
             await self._walter.stop()  # from whatever state a lost byte may have left it in (W8)
         else:
             await self._robot.drive(0.0, 0.0)
+
+    # ------------------------------------------------------------------ while it is lent
+
+    def _lent(self, lease: Lease) -> None:
+        self._leases.add(lease)
+        self._wish = self._wish._replace(until=-math.inf, horn=False)
+        self.refused = self._wish.number
+        self._wake.set()
+        if self._asking is not None:
+            self._asking.cancel()
+
+    def _taken_back(self, lease: Lease) -> None:
+        self._leases.discard(lease)
+        self._stood_s = time.monotonic()
+        self._is_sure = True
+        self._wake.set()
 
     # ------------------------------------------------------------------ while it stands
 
@@ -318,14 +362,18 @@ class Helm:
         robot = self._robot
         match order.action:
             case Action.LAMP:
+                is_on = not self._sight.lamp if order.value is None else bool(order.value)
                 if self._has("lamp", "lights"):
                     await self._make_way()
-                    await robot.lamp(not self._sight.lamp)
-                    self._sight.lamp = not self._sight.lamp
+                    await robot.lamp(is_on)
+                    self._sight.lamp = is_on
             case Action.PEN:
                 if self._has("pen", "pen"):
                     # The wheels stand meanwhile; whoever holds a key goes on wishing.
-                    await (robot.pen_up() if robot.is_pen_down else robot.pen_down())
+                    is_down = not robot.is_pen_down if order.value is None else bool(order.value)
+                    await (robot.pen_down() if is_down else robot.pen_up())
+            case Action.CLEAN:
+                await robot.clean()
             case Action.RESUME:
                 if robot.link_state == "stopped":
                     await robot.resume()
@@ -383,18 +431,25 @@ class Helm:
                 f"{error.sensor} limit: something is in the way at x {error.x_mm:.0f}, y {error.y_mm:.0f} mm. "
                 f"The robot stands; drive it {way}",
                 "warning",
+                code="limit",
+                sensor=error.sensor,
+                pose=Pose(error.x_mm, error.y_mm, error.heading_deg),
             )
         elif not isinstance(error, LinkLostError):  # that is seen anyway
-            self._tell(str(error), "error")
+            self._tell(str(error), "error", code="robot")
         if isinstance(error, LinkClosedError):
             self.failure = error
 
     def _warn(self, text: str) -> None:
         self._tell(text, "warning")
 
-    def _tell(self, text: str, level: Level) -> None:
+    def _tell(
+        self, text: str, level: Level, *, code: str = "", sensor: str = "", pose: Pose | None = None
+    ) -> None:
         sight = getattr(self, "_sight", None)
-        self._notices.append(Notice(sight.elapsed_s if sight else 0.0, level, text))
+        self._told += 1
+        time_s = sight.elapsed_s if sight else 0.0
+        self._notices.append(Notice(time_s, level, text, self._told, code, sensor, pose))
 
     def _look(self) -> None:
         self.view = self._sight.look(tuple(self._notices), is_over=self.failure is not None)

@@ -17,11 +17,22 @@ Level = Literal["note", "warning", "error"]
 
 
 class Notice(NamedTuple):
-    """Something that people should know, and when it was, seconds since the link was opened."""
+    """Something that people should know.
+
+    Attributes:
+        time_s: when it was, since the link was opened.
+        number: counts up from 1, for ever.
+        code: what it is, for machines: ``limit``, ``link``; "": nothing in particular.
+        sensor, pose: of a limit.
+    """
 
     time_s: float
     level: Level
     text: str
+    number: int = 0
+    code: str = ""
+    sensor: str = ""
+    pose: Pose | None = None
 
 
 class View(NamedTuple):

@@ -20,6 +20,7 @@ class Action(Enum):
     SLOWER = auto()
     LAMP = auto()
     PEN = auto()
+    CLEAN = auto()
     RAISE_PEN = auto()
     LOWER_PEN = auto()
     # WALTER has two speeds, each with keys of its own.
@@ -54,10 +55,15 @@ class Wish(NamedTuple):
 
 
 class Order(NamedTuple):
-    """Something to do once; ``value`` is a speed, for those of the speeds."""
+    """Something to do once.
+
+    Attributes:
+        value: a speed, for those of the speeds; 1 or 0 for the pen down or up and the lamp on or off. None: the other
+            way round than it is.
+    """
 
     action: Action
-    value: int = 0
+    value: int | None = None
 
 
 def walter_key(action: Action) -> DirectKey | None:
