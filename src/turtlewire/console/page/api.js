@@ -25,7 +25,8 @@ export class Api {
     this.base = base;
     this.store = reactive({
       connection: "connecting", // open, lost
-      session: null,
+      session: null, // a secret of this page's, for requests
+      id: null, // what others know it by
       name: "",
       robots: {},
       order: [],
@@ -102,9 +103,10 @@ export class Api {
     this.tell(message.type, message);
   }
 
-  welcome({ session, name, robots }) {
+  welcome({ session, id, name, robots }) {
     this.attempts = 0;
     this.store.session = session;
+    this.store.id = id;
     this.store.name = name ?? "";
     this.meet(robots);
     this.store.connection = "open";
@@ -128,6 +130,7 @@ export class Api {
           view: null,
           wheel: null,
           program: null,
+          faults: null,
           refused: null,
           drives: false,
         };
@@ -140,15 +143,16 @@ export class Api {
     }
   }
 
-  see({ robot, view, wheel, program, path, refused }) {
+  see({ robot, view, wheel, program, faults, path, refused }) {
     const known = this.store.robots[robot];
     if (!known) return;
     if (view !== undefined) known.view = view;
     if (program !== undefined) known.program = program;
+    if (faults !== undefined) known.faults = faults;
     if (refused !== undefined) known.refused = refused;
     if (wheel !== undefined) {
       known.wheel = wheel;
-      known.drives = wheel?.driver != null && wheel.driver === this.store.session;
+      known.drives = wheel?.driver != null && wheel.driver === this.store.id;
     }
     if (path && !this.paths.get(robot).take(path)) this.fetchPath(robot);
   }
