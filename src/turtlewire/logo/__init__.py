@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from turtlewire.logo.debugging import Debugger, Moment, Order, Reason
 from turtlewire.logo.errors import LogoError, Position
 from turtlewire.logo.evaluator import Interpreter
 from turtlewire.logo.screen import ScreenTurtle
 
-__all__ = ["Interpreter", "LogoError", "Position", "ScreenTurtle"]
+__all__ = ["Debugger", "Interpreter", "LogoError", "Moment", "Order", "Position", "Reason", "ScreenTurtle"]

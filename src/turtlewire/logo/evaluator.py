@@ -50,10 +50,11 @@ from turtlewire.logo.workspace import Workspace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    import random
     from collections.abc import Callable, Mapping
+    from random import Random
 
     from turtlewire.logo.compiler import Compiler
+    from turtlewire.logo.debugging import Debugger
     from turtlewire.logo.reader import Line
     from turtlewire.logo.tokens import Place
     from turtlewire.turtle import Turtle
@@ -67,7 +68,8 @@ class Interpreter(Workspace):
     Args:
         turtle: what the graphics and robot primitives command: one turtle, or several by their names.
         write: called with each piece of text that the program prints.
-        random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds.
+        random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds; or what makes that when it is
+            wanted.
         step_mm: how many millimetres one turtle step is; more than 0.
         compiles: whether procedures become Python functions, which is faster; nothing else depends on it.
         compiled_at: a folder where compiled programs are kept for the next time; ``None``: they are not.
@@ -77,7 +79,7 @@ class Interpreter(Workspace):
         self,
         turtle: Turtle | Mapping[str, Turtle],
         write: Callable[[str], object],
-        random: random.Random,
+        random: Random | Callable[[], Random],
         step_mm: float = 1.0,
         *,
         compiles: bool = True,
@@ -89,7 +91,7 @@ class Interpreter(Workspace):
         self.turtles = Turtles(turtle)
         self.turtle = self.turtles.as_one(self.turtles.told)
         self.write = write
-        self.random = random
+        self._random = random
         self.step_mm = step_mm
         self.procedure: UserProcedure | None = None
         self.test: bool | None = None
@@ -109,7 +111,7 @@ class Interpreter(Workspace):
         self.value_wanted = False  # whether what the primitive that is running outputs is used
         self.must_output = False  # whether what the running procedure outputs is used
         self.depth = 0  # of procedures within procedures
-        self._node: Node | None = None
+        self.node: Node | None = None  # the instruction that the evaluator is at
         self._ended_at: Place = None  # where a compiled program was when it was interrupted
         self.body: tuple[Code, list[int]] | None = None  # of the running procedure, and how far it is
         self.is_traced = False  # whether the running procedure is: then nothing takes its place
@@ -171,8 +173,13 @@ class Interpreter(Workspace):
         self.depth = 0
         self.acting_on = None
         self.escaping = None
-        self._node = None
+        self.node = None
         self.body = None
+
+    def attach(self, debugger: Debugger | None) -> None:
+        """Have a debugger look at the programs that begin from now on; ``None``: nobody looks any longer."""
+        self.debugger = debugger
+        self.epoch += 1  # nothing that is looked at is compiled
 
     def progress(self) -> float | None:
         """How far the program has come, 0 to 1, an estimate that never goes back; ``None`` before the first run.
@@ -198,7 +205,7 @@ class Interpreter(Workspace):
     @property
     def place(self) -> Place:
         """Where the instruction that the evaluator is at stands."""
-        node = self._node
+        node = self.node
         return node.place if node is not None else None
 
     # --- instruction lists ------------------------------------------------------------------------------------
@@ -234,10 +241,14 @@ class Interpreter(Workspace):
         """Run parsed instructions; see ``run_list``. ``level`` is what ``progress`` watches them by, if it does."""
         before = how if how < LAST else BODY if how == LAST else COMMAND
         place: Place = None
+        debugger = self.debugger
+        depth = debugger.enter(is_body=level is not None) if debugger is not None else 0
         try:
             while True:
                 for node in code.instructions:
-                    self._node = node
+                    self.node = node
+                    if debugger is not None:
+                        debugger.before(self, node, code, how, level)
                     result = self.evaluate(node, before)
                     if result is not None:
                         if type(result) in VALUE_TYPES:
@@ -248,7 +259,9 @@ class Interpreter(Workspace):
                 last = code.last
                 if last is None:
                     return None
-                self._node = last
+                self.node = last
+                if debugger is not None:
+                    debugger.before(self, last, code, how, level)
                 result = self.evaluate(last, how, in_place=True)
                 if type(result) is not RunList:
                     if how != OPERATION and type(result) in VALUE_TYPES:
@@ -258,10 +271,15 @@ class Interpreter(Workspace):
                 place = last.place or place
                 code = self.parsed(result.instructions)
                 level = None
+                if debugger is not None:
+                    debugger.in_place(depth)
         except LogoError as error:
             if place is not None and not error.is_for_caller:
                 blame.placed(self, error, place)
             raise
+        finally:
+            if debugger is not None:
+                debugger.leave(depth)
 
     # --- expressions ------------------------------------------------------------------------------------------
 
@@ -360,6 +378,13 @@ class Interpreter(Workspace):
         if isinstance(result, Stop | Output | Goto):
             raise ExitError(result)
         return self.fail(blame.about_input(self, node, wanted_by), node.place)
+
+    @property
+    def random(self) -> Random:
+        """Where RANDOM and PICK get their numbers from."""
+        if callable(self._random):
+            self._random = self._random()
+        return self._random
 
     @property
     def epoch(self) -> int:

@@ -37,6 +37,10 @@ class Keyboard:
         """Whether a character can be read without waiting."""
         return bool(self._typed)
 
+    def is_attended(self) -> bool:
+        """Whether somebody may be there who types."""
+        return True
+
     def rest(self) -> None:
         """The program has ended, and what was set for it is put back."""
 
@@ -77,6 +81,10 @@ class StandardInput(Keyboard):
 
         self._give_keys()
         return bool(select.select([sys.stdin], [], [], 0)[0])
+
+    def is_attended(self) -> bool:
+        """Whether it is a terminal."""
+        return _is_terminal()
 
     def _give_keys(self) -> None:
         sys.stdout.flush()

@@ -46,6 +46,7 @@ def speak(logo: Interpreter) -> None:
     logo.turtle = logo.turtles.as_one(turtles.told)
     logo.events.limit = None
     logo.reset()
+    debugger, logo.debugger = logo.debugger, None  # somebody has stopped it, and looks no longer
     logo.compiler = Compiler(speaker, is_used=False)  # nobody counts what compiled functions do
     logo.compiler.forget()
     try:
@@ -58,4 +59,5 @@ def speak(logo: Interpreter) -> None:
         logo.write(f"{stack_overflow()}\n")
     finally:
         logo.turtles, logo.turtle, logo.compiler = turtles, turtle, compiler
+        logo.debugger = debugger
         compiler.forget()

@@ -6,6 +6,7 @@ from turtlewire.logo import errors
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import OPERATION, OptionalInput, Result, UserProcedure
 from turtlewire.logo.syntax import Call, Invocation
+from turtlewire.logo.tracing import tell_shadowed
 from turtlewire.logo.values import VALUE_TYPES, Value, make_list, show_in_error
 
 TYPE_CHECKING = False
@@ -22,7 +23,10 @@ def bind(logo: Interpreter, procedure: UserProcedure, inputs: list[Value], name:
     if len(inputs) < count:  # only when it was defined anew since the call was parsed
         raise errors.not_enough_inputs(name)
     index = 0
+    stepped = logo.marks.stepped.variables
     for key in procedure.inputs:
+        if stepped and key in stepped:
+            tell_shadowed(logo, key)
         if key not in hidden:
             hidden[key] = variables.get(key)
         variables[key] = inputs[index]
@@ -35,9 +39,9 @@ def bind(logo: Interpreter, procedure: UserProcedure, inputs: list[Value], name:
         else:
             value = _default(logo, optional, name)
         index += 1
-        set_local(logo, optional.name, value)  # type: ignore[arg-type]
+        set_local(logo, optional.name, value, is_input=True)  # type: ignore[arg-type]
     if procedure.rest:
-        set_local(logo, procedure.rest, make_list(inputs[index:]))
+        set_local(logo, procedure.rest, make_list(inputs[index:]), is_input=True)
     elif index < len(inputs):
         raise errors.too_many_inputs(name)
 
@@ -55,8 +59,10 @@ def _default(logo: Interpreter, optional: OptionalInput, wanted_by: str) -> Resu
     return value
 
 
-def set_local(logo: Interpreter, key: str, value: Value | None) -> None:
+def set_local(logo: Interpreter, key: str, value: Value | None, *, is_input: bool = False) -> None:
     """Make a variable local to the running procedure, with a value or without; at top level it is global."""
+    if key in logo.marks.stepped.variables and (is_input or logo.procedure is not None):
+        tell_shadowed(logo, key)
     if key not in logo.hidden:
         logo.hidden[key] = logo.variables.get(key)
     if value is None:

@@ -236,6 +236,12 @@ class Streams:
         if self._dribble is not None:
             self._dribble.write(text)
 
+    def tell(self, text: str) -> None:
+        """Write to the screen, whatever SETWRITE has set: what is asked there, and shown to be looked at."""
+        if self._dribble is not None:
+            self._dribble.write(text)
+        (self._screen if self._logo.write is self._diverted else self._logo.write)(text)
+
     def implicit_buffer(self) -> List | None:
         """The list whose buffer the next SETWRITE closes."""
         target = self.writing

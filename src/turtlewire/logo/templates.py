@@ -23,6 +23,7 @@ from turtlewire.logo.procedures import (
     UserProcedure,
 )
 from turtlewire.logo.syntax import Invocation
+from turtlewire.logo.tracing import tell_shadowed
 from turtlewire.logo.values import List, Value, members_of, plain, show_in_error, to_text, to_words
 
 TYPE_CHECKING = False
@@ -136,6 +137,9 @@ def _apply_lambda(logo: Interpreter, found: Lambda, inputs: list[Value], how: in
     if len(inputs) != len(keys):
         shown = to_words(found.given)
         raise not_enough_inputs(shown) if len(inputs) < len(keys) else too_many_inputs(shown)
+    for key in keys:
+        if key in logo.marks.stepped.variables:
+            tell_shadowed(logo, key)
     hidden = [variables.get(key) for key in keys]
     for index, key in enumerate(keys):
         variables[key] = inputs[index]

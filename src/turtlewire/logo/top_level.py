@@ -21,6 +21,8 @@ def run_lines(logo: Interpreter, source: str, name: str) -> None:
         LogoError: the program is wrong. Nothing of it has run when it could not be read.
     """
     logo.reset()
+    if logo.debugger is not None:
+        logo.debugger.begin()
     if "erract" in source.lower():
         logo.compiler.switch_off()
     program = read(source, name)
@@ -30,7 +32,7 @@ def run_lines(logo: Interpreter, source: str, name: str) -> None:
             level[0] = index
             if isinstance(line, Definition):
                 define_from_title(logo, line)
-            elif (function := logo.compiler.line(line)) is not None:
+            elif not logo.is_all_watched and (function := logo.compiler.line(line)) is not None:
                 call_compiled(logo, function, [])
             else:
                 logo.run_line(line, COMMAND)

@@ -1,4 +1,7 @@
-"""TRACE: what is printed when a traced procedure is invoked and when it ends, and when a traced name gets a value."""
+"""TRACE: what is printed when a traced procedure is invoked and when it ends, and when a traced name gets a value.
+
+And STEP of variables: what is printed when a local variable hides one.
+"""
 
 from __future__ import annotations
 
@@ -41,3 +44,13 @@ def tell_variable(logo: Interpreter, name: str, value: Value) -> None:
 def tell_property(logo: Interpreter, owner: str, name: str, value: Value) -> None:
     """A traced property list has got a property."""
     logo.write(f'Pprop "{owner} "{name} {_traced(value)}\n')
+
+
+def tell_shadowed(logo: Interpreter, name: str) -> None:
+    """A stepped variable is hidden by one of the same name, an input or a local one."""
+    where = ""
+    if logo.procedure is not None:
+        line = logo.instruction
+        shown = f"\n{show(line)}" if line is not None else ""
+        where = f"  in {logo.procedure.name}{shown}"  # UCBLogo's two spaces
+    logo.streams.tell(f"{name} shadowed by local in procedure call{where}\n")

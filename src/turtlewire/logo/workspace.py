@@ -11,6 +11,7 @@ from turtlewire.logo.tokens import tokenize
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from turtlewire.logo.debugging import Debugger
     from turtlewire.logo.procedures import Primitive, UserProcedure
     from turtlewire.logo.syntax import Node, Pending
     from turtlewire.logo.values import List, Value
@@ -28,6 +29,7 @@ class Workspace:
         property_lists: the properties by their owner and name: the names as given, and the values.
         marks: what is buried, traced or stepped.
         lists_change: whether a program has changed a list: it may no longer be what was read.
+        debugger: who looks at each line before it runs; set by ``attach``, and by STEP.
     """
 
     def __init__(self) -> None:
@@ -38,14 +40,23 @@ class Workspace:
         self.marks = Marks()
         self.marks.buried.variables.update(VARIABLES)
         self.lists_change = False
+        self.debugger: Debugger | None = None
         # The lists of programs, and others that were run, by their first cell: how each was read, and its code.
         self._lines: dict[int, tuple[List, Line]] = {}
         self._epoch = 0  # changes with every definition: parsed code of an older one is parsed anew
 
+    @property
+    def is_all_watched(self) -> bool:
+        """Whether somebody wants to see each instruction of the program, or what becomes of a variable."""
+        marks, debugger = self.marks, self.debugger
+        if marks.traced.variables or marks.stepped.variables:
+            return True
+        return debugger is not None and debugger.on_stop is not None
+
     def is_watched(self, procedure: UserProcedure) -> bool:
         """Whether somebody wants to see each instruction of a procedure, or its calls, or a variable."""
-        traced, name = self.marks.traced, procedure.name.lower()
-        return bool(traced.variables) or name in traced.procedures or name in self.marks.stepped.procedures
+        marks, name = self.marks, procedure.name.lower()
+        return self.is_all_watched or name in marks.traced.procedures or name in marks.stepped.procedures
 
     # --- how lists were read ----------------------------------------------------------------------------------
 

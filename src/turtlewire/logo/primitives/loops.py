@@ -6,6 +6,7 @@ from turtlewire.logo.errors import did_not_output
 from turtlewire.logo.primitives.inputs import key, natural, number, truth
 from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter, Result
 from turtlewire.logo.syntax import Call, Invocation
+from turtlewire.logo.tracing import tell_shadowed
 from turtlewire.logo.values import Number, Value, members_of, narrowed
 
 TYPE_CHECKING = False
@@ -78,6 +79,8 @@ def _for(logo: Interpreter, control: Value, instructions: Value) -> Result:
     ascending = 1 if end >= start else -1
     step = _loop_number(logo, members[3]) if len(members) == 4 else ascending
     # The variable is the loop's own, and what it had before comes back; the program may change it for this round.
+    if name in logo.marks.stepped.variables:
+        tell_shadowed(logo, name)
     before = logo.variables.get(name)
     level = logo.levels.enter(_rounds(start, end, step))
     current: Number = start

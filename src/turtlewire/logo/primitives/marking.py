@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from turtlewire.logo.debugging import Debugger
 from turtlewire.logo.definitions import may_redefine
 from turtlewire.logo.errors import is_primitive
 from turtlewire.logo.library import LIBRARY
@@ -148,12 +149,16 @@ def _tracedp(logo: Interpreter, what: Value) -> Value:
 @primitive("step", 1)
 def _step(logo: Interpreter, what: Value) -> None:
     logo.marks.stepped.add(contents_of(what))
+    if logo.debugger is None:
+        logo.debugger = Debugger()
     logo.epoch += 1
 
 
 @primitive("unstep", 1)
 def _unstep(logo: Interpreter, what: Value) -> None:
     logo.marks.stepped.remove(contents_of(what))
+    if not logo.marks.stepped.procedures and logo.debugger is not None and logo.debugger.on_stop is None:
+        logo.debugger = None
     logo.epoch += 1
 
 
