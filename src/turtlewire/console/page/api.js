@@ -184,8 +184,8 @@ export class Api {
 
   // ---------------------------------------------------------------- requests
 
-  async request(method, path, body) {
-    const headers = {};
+  async request(method, path, body, more = {}) {
+    const headers = { ...more };
     if (this.store.session) headers["X-Session"] = this.store.session;
     if (body !== undefined) headers["Content-Type"] = "application/json";
     let response;
