@@ -71,6 +71,12 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "--key", type=Path, metavar="FILE", help="the certificate's key, if it is in another file"
     )
+    parser.add_argument(
+        "--programs",
+        type=Path,
+        metavar="FOLDER",
+        help="where programs are kept (~/.local/share/turtlewire/programs)",
+    )
     parser.set_defaults(execute=execute)
 
 
@@ -88,6 +94,7 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     _need_extra()
     from turtlewire.console.console import Console
     from turtlewire.console.gate import is_loopback
+    from turtlewire.console.programs import Programs, default_folder
     from turtlewire.console.server import Service, check_certificate, door, listen
 
     if arguments.certificate is not None:
@@ -96,8 +103,9 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     with listen(arguments.host, arguments.listen_port) as listener:
         token = "" if is_loopback(arguments.host) else secrets.token_urlsafe(16)
         entrance = door(arguments.host, listener, token, is_secure=arguments.certificate is not None)
+        programs = Programs(arguments.programs or default_folder())
         service = Service(
-            Console(berths, _announce),
+            Console(berths, _announce, programs),
             entrance,
             listener,
             certificate=arguments.certificate,

@@ -13,6 +13,7 @@ from turtlewire.console.views import FRESH_S, Sight
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from turtlewire.console.programs import Programs
     from turtlewire.console.sessions import Session
     from turtlewire.console.station import Station
     from turtlewire.console.stations import Berth
@@ -24,14 +25,16 @@ class Console:
     Args:
         berths: the robots.
         announce: told where a robot has to be, for a new pty.
+        programs: those that are kept.
 
     Attributes:
         stations: the robots.
         sessions: who uses it.
     """
 
-    def __init__(self, berths: Iterable[Berth], announce: Callable[[str], None]) -> None:
-        self.stations = Stations(berths, announce, self.now)
+    def __init__(self, berths: Iterable[Berth], announce: Callable[[str], None], programs: Programs) -> None:
+        self.programs = programs
+        self.stations = Stations(berths, announce, self.now, programs.folder)
         self.sessions = Sessions()
         self._sights = {station.name: Sight(station, self.sessions) for station in self.stations}
         self._robots: list[dict[str, Any]] = []

@@ -59,6 +59,7 @@ def application(console: Console) -> FastAPI:
         responses=REFUSALS,
     )
     app.state.console = console
+    app.state.programs = console.programs
     app.add_exception_handler(Refused, _refused)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _failed)

@@ -8,24 +8,29 @@ import logging
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from turtlewire.console.faulting import Faulting
 from turtlewire.console.path import Path
 from turtlewire.console.refusals import Refused
+from turtlewire.console.runs import Runs
 from turtlewire.console.setpoints import LIFE_S, Grips
+from turtlewire.console.traffic import Traffic
 from turtlewire.console.wheel import Wheel
 from turtlewire.errors import TurtlewireError
 from turtlewire.helm.helm import Helm
 from turtlewire.helm.sight import title
 from turtlewire.helm.view import View
-from turtlewire.helm.wishes import Order, Wish
+from turtlewire.helm.wishes import Action, Order, Wish
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
+    from pathlib import Path as FilePath
 
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
     from turtlewire.console.sessions import Session
     from turtlewire.console.setpoints import SetPoint
     from turtlewire.helm.lease import Lease
+    from turtlewire.links.link import Link
 
 T = TypeVar("T")
 log = logging.getLogger("turtlewire.console")
@@ -45,21 +50,33 @@ class Station:
         target: the robot.
         pace: of a simulated one: seconds of its time for each second on the wall.
         announce: told where the robot has to be, for a new pty.
+        folder: of its programs; None: they have none.
 
     Attributes:
         wheel: who drives.
         path: where it has been.
+        traffic: what passes on its wire; faulting: what goes wrong there; program: what runs on it.
         error: why it is not reached; "": it is, or nobody knows yet.
         watchers: how many pages show it.
         is_changed: told when something about it changed that is no matter of its view.
     """
 
-    def __init__(self, name: str, target: Target, pace: float, announce: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        name: str,
+        target: Target,
+        pace: float,
+        announce: Callable[[str], None],
+        folder: FilePath | None = None,
+    ) -> None:
         self.name = name
         self.target = target
         self.title = title(target)
         self.wheel = Wheel()
         self.path = Path()
+        self.traffic = Traffic(target)
+        self.faulting = Faulting(target, pace)
+        self.program = Runs(self, folder)
         self.error = ""
         self.watchers = 0
         self._pace = pace
@@ -77,7 +94,8 @@ class Station:
 
     async def _keep_reaching(self) -> None:
         while True:
-            helm = Helm(self.target, pace=self._pace, announce=self._announce)
+            target = self.target._replace(faults=None) if self.faulting.is_possible else self.target
+            helm = Helm(target, pace=self._pace, announce=self._announce, between=self._between)
             try:
                 await self._reach(helm)
             except TurtlewireError as error:
@@ -85,6 +103,9 @@ class Station:
                     log.warning("%s: %s", self.name, error)
                 self.error = str(error)
                 await asyncio.sleep(AGAIN_S)
+
+    def _between(self, link: Link) -> Link:
+        return self.traffic.listen(self.faulting.over(link))
 
     async def _reach(self, helm: Helm) -> None:
         """Reach it, and stay with it until it is lost for good. Raises ``TurtlewireError``."""
@@ -98,10 +119,17 @@ class Station:
         finally:
             self._helm = None
             # Not interrupted by anything: it stops the robot.
-            await asyncio.shield(asyncio.to_thread(helm.close))
+            await asyncio.shield(asyncio.to_thread(self._let_go_of, helm))
         if isinstance(helm.failure, TurtlewireError):
             raise helm.failure
         log.error("%s: a mistake of ours: %r", self.name, helm.failure)
+
+    def _let_go_of(self, helm: Helm) -> None:
+        helm.stop()
+        try:
+            self.program.close()
+        finally:
+            helm.close()
 
     async def close(self) -> None:
         """Stop it, and let go of it."""
@@ -165,6 +193,8 @@ class Station:
     def drive(self, session: Session, point: SetPoint, now: float) -> None:
         """Go on so for a moment. Raises ``Refused``."""
         helm = self._reached()
+        if self.program.is_running:
+            raise Refused(409, "program_runs", "a program has this robot: stop it, or wait until it ends")
         if self._grips.is_new(session.id, point.grip):
             self.wheel.press(session.id, now)
         self.wheel.need(session.id, now)
@@ -183,12 +213,13 @@ class Station:
         """Stop it, whoever says so, ahead of everything; the wheel is free, and only a new grip drives again."""
         if self._helm is not None:
             self._helm.stop()
+        self.program.stop()
         self._grips.end()
         self.wheel.stopped(by.id if by else None)
         log.info("%s: stopped by %s", self.name, who)
 
-    def stop_now(self) -> None:
-        """Stop it, from any thread: nothing but the robot."""
+    def halt(self) -> None:
+        """Stop the robot and nothing else, from any thread; never waits."""
         helm = self._helm
         if helm is not None:
             helm.stop()
@@ -243,13 +274,14 @@ class Station:
 
     def do(self, session: Session, order: Order, now: float) -> None:
         """Have something done once. Raises ``Refused``."""
+        if self.program.is_running and order.action is not Action.RESUME:
+            raise Refused(409, "program_runs", "a program has this robot: stop it, or wait until it ends")
         self.wheel.active(session.id, now)
         self._reached().do(order)
 
     def borrow(self) -> Lease:
-        """The robot, for a program: see ``Helm.lend``. Raises ``Refused`` while it is not reached."""
+        """The robot, for a program: see ``Helm.lend``; from any thread. Raises ``Refused`` while it is not reached."""
         helm = self._reached()
-        self._grips.end()
         with contextlib.suppress(TurtlewireError):
             return helm.lend()
         raise self._not_reached()

@@ -11,6 +11,7 @@ from turtlewire.console.station import Station
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
+    from pathlib import Path
 
     from turtlewire.configuration import Target
     from turtlewire.console.sessions import Session
@@ -34,17 +35,22 @@ class Stations:
         berths: the robots.
         announce: told where a robot has to be, for a new pty.
         clock: seconds.
+        folder: of the programs; None: they have none.
     """
 
     def __init__(
-        self, berths: Iterable[Berth], announce: Callable[[str], None], clock: Callable[[], float]
+        self,
+        berths: Iterable[Berth],
+        announce: Callable[[str], None],
+        clock: Callable[[], float],
+        folder: Path | None = None,
     ) -> None:
         self._stations: dict[str, Station] = {}
         self._clock = clock
         self._ticking: asyncio.Task[None] | None = None
         for target, pace in berths:
             name = self._free(_name(target))
-            self._stations[name] = Station(name, target, pace, announce)
+            self._stations[name] = Station(name, target, pace, announce, folder)
 
     def _free(self, name: str) -> str:
         number, free = 1, name
@@ -84,7 +90,7 @@ class Stations:
     def stop_now(self) -> None:
         """Stop all of them, from any thread, or a signal's handler: the console ends."""
         for station in self:
-            station.stop_now()
+            station.halt()
 
     def leave(self, session: Session) -> None:
         """A session is over."""

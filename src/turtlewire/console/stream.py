@@ -35,6 +35,8 @@ RATE_PER_S, AT_ONCE = 120.0, 240.0
 PATIENCE = 500
 # Points of a path in one message.
 MAX_POINTS = 2000
+# Lines of traffic in one message.
+MAX_LINES = 200
 WHY = {
     "order": "a set-point came after a later one",
     "clock": "a set-point says that it was made before its stamp, or of a stamp that was never sent",
@@ -52,7 +54,8 @@ class _Watched:
         self.generation = -1
         self.points = 0
         self.path_end: tuple[int, int, float, float] | None = None
-        self.told_s = -math.inf
+        self.told_s = self.heard_s = -math.inf
+        self.line = station.traffic.count
 
 
 class Stream:
@@ -76,6 +79,7 @@ class Stream:
         self._refusals: dict[tuple[str, str, int], dict[str, Any]] = {}
         self._told: set[tuple[str, str, int]] = set()
         self._wake = asyncio.Event()
+        self._hears_traffic = False
 
     async def serve(self) -> None:
         """Until the page goes away; then it drives nothing any more."""
@@ -140,11 +144,20 @@ class Stream:
             case messages.Visible(visible=False):
                 for station in stations:
                     station.hid(session)
+            case messages.Traffic(on=on):
+                self._hear_traffic(on=on)
             case messages.Rename(name=name):
                 self._console.sessions.rename(session, name)
             case _:
                 pass
         self._wake.set()
+
+    def _hear_traffic(self, *, on: bool) -> None:
+        """From now on; what passed before, the page fetches."""
+        if on and not self._hears_traffic:
+            for watched in self._watched.values():
+                watched.line = watched.station.traffic.count
+        self._hears_traffic = on
 
     def _drive(self, message: messages.Drive, now: float) -> None:
         point = SetPoint(
@@ -225,6 +238,8 @@ class Stream:
             message = self._state(watched, self._console.now())
             if message is not None:
                 yield message
+            if self._hears_traffic:
+                yield from self._traffic(watched, self._console.now())
 
     def _state(self, watched: _Watched, now: float) -> dict[str, Any] | None:
         station = watched.station
@@ -246,6 +261,22 @@ class Stream:
         if path is not None:
             message["path"] = path
         return message
+
+    @staticmethod
+    def _traffic(watched: _Watched, now: float) -> Iterator[dict[str, Any]]:
+        """The newest that passed on a robot's wire, if anything has; what does not fit is counted."""
+        if now - watched.heard_s < TELL_S:
+            return
+        lines, lost = watched.station.traffic.newest(watched.line, MAX_LINES)
+        if lines:
+            watched.heard_s, watched.line = now, lines[-1].number + 1
+            yield {
+                "type": "traffic",
+                "robot": watched.station.name,
+                "from": lines[0].number,
+                "lines": [line.as_json() for line in lines],
+                "lost": lost,
+            }
 
     @staticmethod
     def _path(watched: _Watched) -> dict[str, Any] | None:

@@ -54,7 +54,8 @@ class Sight:
             return self.parts
         self._looked_s = now
         before, station = self.parts, self._station
-        wheel, program, faults = (raw(part) for part in (wheel_of(station, self._sessions, now), None, None))
+        wheel = raw(wheel_of(station, self._sessions, now))
+        program, faults = raw(station.program.state()), raw(station.faulting.state())
         view, seen = station.view, before.view
         is_new = self._seen is None or view._replace(time_s=0.0, lines=()) != self._seen
         if is_new or now - self._told_s >= STILL_S:

@@ -25,11 +25,12 @@ from turtlewire.helm.sight import Ear, Sight, title
 from turtlewire.helm.view import Level, Notice, View
 from turtlewire.helm.wishes import Action, Order, Wish, walter_key
 from turtlewire.robots.runner import ThreadRunner
+from turtlewire.robots.stops import on_behalf_of
 from turtlewire.robots.walter import AsyncWalter
 from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Coroutine, Sequence
 
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
@@ -98,7 +99,7 @@ class Helm:
         """Reach the robot. Raises what ``turtlewire.connect`` raises."""
         runner = self._runner = ThreadRunner()
         try:
-            runner.run(self._connect())
+            runner.run(self._by_itself(self._connect))
         except BaseException:
             self._runner = None
             runner.close()
@@ -113,7 +114,7 @@ class Helm:
         try:
             if self._is_connected:
                 self._is_connected = False
-                runner.run(self._close())
+                runner.run(self._by_itself(self._close))
         finally:
             runner.close()
 
@@ -134,7 +135,7 @@ class Helm:
         if not self._is_connected:
             return
         with contextlib.suppress(TimeoutError, RuntimeError):
-            asyncio.run_coroutine_threadsafe(self._stopped(), self._loop).result(seconds)
+            asyncio.run_coroutine_threadsafe(self._by_itself(self._stopped), self._loop).result(seconds)
 
     def note(self, text: str, level: Level = "note") -> None:
         """Have people told something."""
@@ -157,6 +158,11 @@ class Helm:
                 self._loop.call_soon_threadsafe(act)
 
     # ------------------------------------------------------------------ in the robot's thread
+
+    async def _by_itself(self, act: Callable[[], Coroutine[object, None, None]]) -> None:
+        """Whatever is said to the robot from here, and from tasks begun here, one says: a stop of ours is known."""
+        with on_behalf_of(self):
+            await act()
 
     async def _connect(self) -> None:
         from turtlewire.connect import connect_async
@@ -228,7 +234,7 @@ class Helm:
         self._orders.clear()
         for lease in self._leases:
             lease.end()
-        task = asyncio.create_task(self._stopped(), name="turtlewire stop")
+        task = asyncio.create_task(self._by_itself(self._stopped), name="turtlewire stop")
         self._stopping.add(task)
         task.add_done_callback(self._stopping.discard)
 

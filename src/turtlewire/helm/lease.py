@@ -8,6 +8,7 @@ import contextlib
 from typing import TYPE_CHECKING, TypeVar
 
 from turtlewire.errors import StoppedError
+from turtlewire.robots.stops import on_behalf_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -86,7 +87,8 @@ class Lease:
         async with self._hands:
             if self.stopped:
                 raise StoppedError(STOPPED)
-            return await work(self._robot)
+            with on_behalf_of(self):
+                return await work(self._robot)
 
     def end(self) -> None:
         """The robot has just been stopped: what is under way ends."""
