@@ -94,7 +94,7 @@ export default {
       if (number != null && number >= this.grip.grips) this.grip.letGo("stopped");
     },
     "state.view.link"(link) {
-      if (link && link !== "connected") this.grip.letGo("link");
+      if (link && link !== "connected") this.grip.letGo("not_reached");
     },
   },
 
@@ -226,10 +226,18 @@ export default {
 
     async command(name, value) {
       try {
+        await this.takeFreeWheel();
         await this.api.command(this.robot, name, value);
       } catch (error) {
         this.api.say("warning", this.t.code(error));
       }
+    },
+
+    // As a new press does: not where somebody's stop took it away.
+    async takeFreeWheel() {
+      const { wheel } = this.state;
+      if (wheel?.driver != null || wheel?.barred.includes(this.api.store.id)) return;
+      await this.api.request("POST", `/api/robots/${encodeURIComponent(this.robot)}/wheel`, { action: "take" });
     },
 
     async askLimit(which) {

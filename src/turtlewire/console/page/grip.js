@@ -6,7 +6,7 @@
 // a new press, and that press has a new number.
 
 export const PERIOD_MS = 1000 / 30;
-// The server drops what is older than 300 ms; who hears nothing for so long does not drive any more.
+// The server drops what is older than 300 ms; who hears nothing for so long while driving does not drive any more.
 export const DEAF_MS = 1000;
 // What is driven and turned at once is an arc, rather than a turn around one wheel.
 const ARC = 0.5;
@@ -25,6 +25,7 @@ export class Grip {
     this.number = 0;
     this.ended = null; // why the last grip ended by itself: a code
     this.timer = null;
+    this.since = 0;
   }
 
   get isHeld() {
@@ -39,6 +40,7 @@ export class Grip {
     if (begins) {
       this.grips += 1;
       this.ended = null;
+      this.since = performance.now();
       this.send();
       this.timer = setInterval(() => this.send(), PERIOD_MS);
     }
@@ -101,7 +103,7 @@ export class Grip {
   send() {
     const { api } = this;
     if (this.robot === null) return;
-    if (api.age_ms > DEAF_MS) {
+    if (!api.isOpen || Math.min(api.age_ms, performance.now() - this.since) > DEAF_MS) {
       this.letGo("connection");
       return;
     }

@@ -12,6 +12,8 @@ const GRID_PX = 56;
 const ROBOT_MM = 70;
 const ROBOT_PX = 13;
 const LIMIT_MS = 5000;
+// A robot so near to the chosen one has no name written over that one's.
+const NEAR_PX = 34;
 
 export const PEN_COLOURS = {
   light: ["#0b6e6e", "#b3421b", "#4a3fb5", "#8a1c5b", "#1f6b2d", "#7a5900"],
@@ -73,8 +75,9 @@ export class Painter {
     for (const robot of robots) this.drawTip(robot);
     for (const robot of robots) if (robot.overlay) this.drawOverlay(robot);
     for (const robot of robots) this.drawLimits(robot, now);
-    for (const robot of robots) if (!robot.isChosen) this.drawRobot(robot);
-    for (const robot of robots) if (robot.isChosen) this.drawRobot(robot);
+    const chosen = robots.find((robot) => robot.isChosen);
+    for (const robot of robots) if (robot !== chosen) this.drawRobot(robot, chosen);
+    if (chosen) this.drawRobot(chosen, null);
     this.drawScale();
   }
 
@@ -268,14 +271,15 @@ export class Painter {
     return robots.some((robot) => robot.limits.some(({ since }) => now - since <= LIMIT_MS));
   }
 
-  drawRobot({ pose, order, isChosen, label, link }) {
+  drawRobot({ pose, order, isChosen, label, link }, chosen) {
     if (!pose) return;
+    const isCovered = chosen?.pose && Math.hypot(chosen.pose.x - pose.x, chosen.pose.y - pose.y) * this.view.scale < NEAR_PX;
     const { context, view, colours } = this;
     const [x, y] = view.toScreen(pose.x, pose.y);
     const size = Math.max(ROBOT_PX, ROBOT_MM * view.scale);
     context.save();
     context.translate(x, y);
-    context.globalAlpha = isChosen ? 1 : 0.75;
+    context.globalAlpha = isChosen ? 1 : 0.6;
     context.save();
     context.rotate((pose.heading * Math.PI) / 180);
     context.beginPath();
@@ -291,7 +295,7 @@ export class Painter {
     context.stroke();
     context.fill();
     context.restore();
-    if (label) {
+    if (label && !isCovered) {
       context.font = `${isChosen ? 600 : 400} 13px Roboto, system-ui, sans-serif`;
       context.textAlign = "center";
       context.textBaseline = "top";

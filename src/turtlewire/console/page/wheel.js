@@ -6,13 +6,13 @@ export default {
 
   computed: {
     wheel() {
-      return this.state.wheel ?? { driver: null, asker: null, watchers: 0 };
+      return this.state.wheel ?? { driver: null, asker: null, asking: [], watchers: 0 };
     },
     isFree() {
       return this.wheel.driver == null;
     },
     asks() {
-      return this.wheel.asker != null && this.wheel.asker === this.api.store.id;
+      return this.wheel.asking.includes(this.api.store.id);
     },
     isAsked() {
       return this.state.drives && this.wheel.asker != null;
