@@ -96,6 +96,25 @@ def test_the_session_in_the_documentation(prompt: Callable[..., Prompt]) -> None
         assert at.enter(*asked) == [line for line in lines[1:] if not line.startswith("> ")]
 
 
+def test_stepping(prompt: Callable[..., Prompt]) -> None:
+    at = prompt()
+    at.enter("to side :n", "fd :n", "print pos", "end")
+    at.screen.press('step "side side 20\r')
+    at.wait_for_prompt("[fd :n] >>>")
+    at.screen.press("\r")
+    at.wait_for_prompt("[print pos] >>>")
+    at.screen.press("fd 1\r")
+    wait_until(lambda: at.last_lines(2)[0] == "[print pos] >>> fd 1", f"an answer on\n{at.screen.shown}")
+    at.wait_for_prompt("[print pos] >>>")
+    at.screen.press("\r")
+    wait_until(lambda: at.last_lines(2) == ["0 21", "?"], f"the prompt on\n{at.screen.shown}")
+    at.screen.press("side 20\r")
+    wait_until(lambda: at.last_lines(1) == ["[fd :n] >>>"], f"a line on\n{at.screen.shown}")
+    at.screen.press(CTRL_C)
+    wait_until(lambda: at.last_lines(2) == ["stopped", "?"], f"the prompt on\n{at.screen.shown}")
+    assert at.enter("show pos") == ["[0 21]"]
+
+
 def test_bye_leaves_whatever_catches(prompt: Callable[..., Prompt]) -> None:
     at = prompt("--picture", "drawn.svg")
     at.enter("fd 50 rt 90 fd 20")

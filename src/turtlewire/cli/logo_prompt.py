@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from typing import TYPE_CHECKING, NoReturn
 
 from turtlewire.cli import options, output
 from turtlewire.cli.signals import Interrupted
 from turtlewire.errors import LinkClosedError, TurtlewireError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     import argparse
     from pathlib import Path
+    from typing import NoReturn
 
     from turtlewire.cli.signals import Signals
     from turtlewire.configuration import Target
@@ -24,7 +25,7 @@ GREETING = "Logo with a {}. BYE or Ctrl-D leaves, Ctrl-C stops."
 
 def execute(arguments: argparse.Namespace, pictures: list[Path], signals: Signals) -> int:
     """Ask and do until somebody leaves. Whatever happens, the robot is stopped and the pictures are written."""
-    from turtlewire.cli.logo import interpreter, save_pictures
+    from turtlewire.cli.logo_script import interpreter, save_pictures
     from turtlewire.logo import ScreenTurtle
 
     target = options.target(arguments)
@@ -33,7 +34,7 @@ def execute(arguments: argparse.Namespace, pictures: list[Path], signals: Signal
     try:
         # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
         try:
-            logo = interpreter(arguments, turtle, [])
+            logo = interpreter(turtle, [], arguments.seed, arguments.step_mm)
             _Prompt(logo, robot, signals).greet(target).go()
         finally:
             signals.hold()
@@ -90,7 +91,7 @@ class _Prompt:
         self._editor = Editor(logo.procedures, logo.variables)
         self._line_is_open = False
         logo.write = self._write
-        logo.ask = self._ask
+        logo.ask = self._ask_within
         logo.procedures["bye"] = Primitive("bye", _bye, 0, 0, 0)
 
     def greet(self, target: Target | None) -> _Prompt:
@@ -155,6 +156,18 @@ class _Prompt:
                 raise
             except KeyboardInterrupt:  # the key, while the terminal is in the editor's hands
                 self._stop()
+
+    def _ask_within(self, prompt: str) -> str | None:
+        """The same while a program runs, which Ctrl-C ends."""
+        self._end_line()
+        try:
+            return self._editor.ask(prompt)
+        except EOFError:
+            return None
+        except Interrupted:
+            raise
+        except KeyboardInterrupt:
+            raise Interrupted("SIGINT") from None
 
     def _carry_out(self, text: str) -> None:
         """Run it, and let the robot end its motion: what goes wrong there belongs to this instruction."""
