@@ -6,17 +6,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from turtlewire.cli import options, output, program
-from turtlewire.cli.signals import Interrupted
+from turtlewire.cli import logo_script, options
 from turtlewire.errors import UsageError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from turtlewire.cli.signals import Signals
-    from turtlewire.connect import Robot
-    from turtlewire.logo import Interpreter, ScreenTurtle
-    from turtlewire.turtle import Turtle
 
 EXAMPLES = """\
 examples:
@@ -93,7 +89,13 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     pictures = _pictures(arguments)
     if words or not (sys.stdin.isatty() and sys.stdout.isatty()):
         _refuse_robot(arguments)
-        return _run(arguments, pictures)
+        return logo_script.run(
+            words,
+            pictures,
+            moves=arguments.animate,
+            seed=arguments.seed,
+            step_mm=arguments.step_mm,
+        )
     from turtlewire.cli import logo_prompt
 
     return logo_prompt.execute(arguments, pictures, signals)
@@ -121,54 +123,4 @@ def _refuse_robot(arguments: argparse.Namespace) -> None:
     if arguments.robot is not None or arguments.port is not None or arguments.set:
         raise UsageError(
             "a robot is for the prompt here, which needs a terminal: `turtlewire run` runs programs on robots"
-        )
-
-
-def _run(arguments: argparse.Namespace, pictures: list[Path]) -> int:
-    """Run a script. Whatever happens, the pictures show what was drawn so far."""
-    from turtlewire.logo import ScreenTurtle
-
-    script, *rest = arguments.words or ["-"]
-    source, name = program.read(script), program.name_of(script)
-    turtle = ScreenTurtle()
-    logo = interpreter(arguments, turtle, rest)
-    try:
-        logo.run(source, name)
-    except Interrupted as interrupted:
-        if logo.position is not None:
-            interrupted.add_note(f"in {logo.position.file}, line {logo.position.line}")
-        raise
-    finally:
-        save_pictures(turtle, pictures, name, moves=arguments.animate)
-    return 0
-
-
-def interpreter(arguments: argparse.Namespace, turtle: Turtle, command_line: list[str]) -> Interpreter:
-    """What runs Logo as these options say."""
-    import random
-
-    from turtlewire.logo import Interpreter
-    from turtlewire.logo.values import make_list, word
-
-    logo = Interpreter(
-        turtle,
-        output.write,
-        random.Random(arguments.seed),
-        arguments.step_mm,
-        compiled_at=program.compiled_at(),
-    )
-    logo.variables["commandline"] = make_list([word(each) for each in command_line])
-    return logo
-
-
-def save_pictures(turtle: ScreenTurtle | Robot, pictures: list[Path], title: str, *, moves: bool) -> None:
-    """Write what was drawn. Raises ``OutputError``."""
-    if not pictures:
-        return
-    from turtlewire import picture
-
-    for path in pictures:
-        moving = moves and picture.format_of(path) == ".svg"
-        picture.save(
-            turtle.trace, path, title=title, obstacles=getattr(turtle, "obstacles", ()), moves=moving
         )

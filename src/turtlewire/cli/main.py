@@ -10,7 +10,7 @@ from turtlewire.errors import TurtlewireError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from types import TracebackType
 
 USAGE = 2
@@ -26,20 +26,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         output.tell(command_line.help_text())
         return USAGE
-    script = script_of(arguments)
-    if script is None:
-        from turtlewire.cli import command_line
-
-        parsed = command_line.parse(arguments)
+    execute = _command(arguments)
     with Signals() as signals:
         try:
             try:
-                if script is not None:
-                    from turtlewire.cli import logo_script
-
-                    code = logo_script.run(script)
-                else:
-                    code = parsed.execute(parsed, signals)
+                code = execute(signals)
             finally:
                 output.finish()
         except TurtlewireError as error:
@@ -49,6 +40,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
             output.tell("\n".join([f"turtlewire: interrupted ({error})", *getattr(error, "__notes__", [])]))
             return INTERRUPTED
     return code
+
+
+def _command(arguments: Sequence[str]) -> Callable[[Signals], int]:
+    script = script_of(arguments)
+    if script is not None:
+        from turtlewire.cli import logo_script
+
+        return lambda _signals: logo_script.run(script)
+    from turtlewire.cli import command_line
+
+    parsed = command_line.parse(arguments)
+
+    def execute(signals: Signals) -> int:
+        code: int = parsed.execute(parsed, signals)
+        return code
+
+    return execute
 
 
 def script_of(arguments: Sequence[str]) -> Sequence[str] | None:

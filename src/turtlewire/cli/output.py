@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import io
 import os
 import sys
-from typing import TYPE_CHECKING
 
 from turtlewire.errors import OutputError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import TextIO
 
@@ -65,5 +64,7 @@ def _explained(error: OSError) -> OutputError:
 
 def _give_up(stream: TextIO) -> None:
     """What could not be written is still in the buffer: let Python's own end not stumble over it."""
-    with contextlib.suppress(OSError):
+    try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    except OSError:
+        return

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import signal
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import signal
     from collections.abc import Callable
     from types import FrameType
     from typing import Any, Self
+else:
+    import _signal as signal  # signal itself makes enumerations of what is in it: enum takes 5 ms to load
 
 INTERRUPTED = 130
 # What ends a program; SIGBREAK is Windows' Ctrl-Break.
@@ -34,12 +35,14 @@ class Signals:
         self._later: list[str] = []
         self._acts_always = False
         self._act: Callable[[], object] = self._raise
-        self._before: dict[signal.Signals, Any] = {}
+        self._before: dict[int, Any] = {}  # the handlers
+        self._names: dict[int, str] = {}
 
     def __enter__(self) -> Self:
         for name in NAMES:
-            number: signal.Signals | None = getattr(signal, name, None)
+            number: int | None = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+                self._names[number] = name
                 self._before[number] = signal.signal(number, self._handle)
         return self
 
@@ -73,7 +76,7 @@ class Signals:
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         del frame
-        name = signal.Signals(number).name
+        name = self._names[number]
         if self.received and not self._acts_always:
             self._later.append(name)
         else:

@@ -1,0 +1,125 @@
+"""Starting: what a script is started with, and that it loads nothing which it has no use for."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from turtlewire.cli import command_line, logo_script, main
+
+PROGRAM = "print :commandline\nprint random 1\nlocal 1\n"
+
+# --- with the parser and without it
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    Path("a.logo").write_text(PROGRAM, "utf-8")
+    Path("logo").write_text("show :commandline", "utf-8")
+    Path("-5").write_text("show :commandline", "utf-8")
+
+
+LINES = [
+    ["logo"],
+    ["logo", "a.logo"],
+    ["logo", "a.logo", "5", "80"],
+    ["logo", "a.logo", ""],
+    ["logo", ""],
+    ["logo", "a.logo", "a b", "[c d]", "e=f", "@g"],
+    ["logo", "logo", "logo"],
+    ["logo", "a.logo", "fmt"],
+    ["logo", "none.logo"],
+    ["logo", "fmt"],
+    ["logo", "fmt", "none.logo"],
+    ["logo", "fmt", "--check", "a.logo"],
+    ["logo", "a.logo", "-"],
+    ["logo", "-", "a"],
+    ["logo", "a.logo", "-5"],
+    ["logo", "-5"],
+    ["logo", "--", "-5"],
+    ["logo", "a.logo", "--", "b"],
+    ["logo", "a.logo", "--seed", "1"],
+    ["logo", "a.logo", "--se", "1"],
+    ["logo", "--seed", "1", "a.logo"],
+    ["logo", "--seed", "x", "a.logo"],
+    ["logo", "--check", "a.logo"],
+    ["logo", "--picture", "a.svg", "a.logo", "1"],
+    ["logo", "--none", "a.logo"],
+    ["logo", "-h"],
+    ["logo", "a.logo", "-h"],
+    ["log", "a.logo"],
+    ["Logo", "a.logo"],
+    ["--version"],
+    ["-h"],
+    ["none"],
+]
+
+
+@pytest.mark.parametrize("line", LINES, ids=" ".join)
+def test_a_script_is_the_same_without_the_parser(
+    line: list[str], capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def told() -> tuple[int | str | None, str, str]:
+        try:
+            code: int | str | None = main.main(line)
+        except SystemExit as end:
+            code = end.code
+        return code, *capfd.readouterr()
+
+    first = told()
+    monkeypatch.setattr(main, "script_of", lambda _arguments: None)
+    assert told() == first
+
+
+@pytest.mark.parametrize("line", LINES, ids=" ".join)
+def test_it_has_no_option_that_is_not_as_it_is_without(
+    line: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = main.script_of(line)
+    if script is None:
+        return
+    parsed = vars(command_line.parse(line))
+    assert parsed.pop("words") == list(script)
+    assert parsed == {
+        name: value for name, value in vars(command_line.parse(["logo"])).items() if name != "words"
+    }
+    options = logo_script.run.__kwdefaults__
+    assert options is not None
+    assert (parsed["animate"], parsed["seed"], parsed["step_mm"]) == (
+        options["moves"],
+        options["seed"],
+        options["step_mm"],
+    )
+
+
+def test_most_scripts_need_no_parser() -> None:
+    plain = [line for line in LINES if main.script_of(line) is not None]
+    assert plain == LINES[1:9]
+
+
+# --- signals
+
+
+def test_a_signal_has_its_name_without_the_enumeration_of_them() -> None:
+    """What a script that is ended by a signal says; ``signal`` itself is not loaded for it."""
+    Path("forever.logo").write_text('print "begun forever []\n', "utf-8")
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        with subprocess.Popen(
+            [sys.executable, "-m", "turtlewire", "logo", "forever.logo"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            assert process.stdout.readline() == "begun\n"
+            process.send_signal(number)
+            said = process.stderr.read()
+        assert process.returncode == 130
+        assert said == f"turtlewire: interrupted ({number.name})\nin forever.logo, line 1\n"
