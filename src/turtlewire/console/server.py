@@ -16,7 +16,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from turtlewire.console import models, routes
+from turtlewire.console import models, routes, traffic_routes
 from turtlewire.console.gate import Door, Gate, ipaddress_of, names_of
 from turtlewire.console.refusals import Refused
 from turtlewire.errors import DataError, UsageError
@@ -64,13 +64,14 @@ def application(console: Console) -> FastAPI:
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _failed)
     app.include_router(routes.router)
+    app.include_router(traffic_routes.router)
     return app
 
 
 async def _refused(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, Refused)
     log.info("refused %s %s %s: %s", routes.address_of(request), request.method, request.url.path, error.text)
-    return JSONResponse({"code": error.code, "text": error.text}, error.status)
+    return JSONResponse(error.as_json(), error.status)
 
 
 async def _invalid(request: Request, error: Exception) -> JSONResponse:

@@ -12,6 +12,7 @@ from turtlewire.console.faulting import Faulting
 from turtlewire.console.path import Path
 from turtlewire.console.refusals import Refused
 from turtlewire.console.runs import Runs
+from turtlewire.console.sending import Sending
 from turtlewire.console.setpoints import LIFE_S, Grips
 from turtlewire.console.traffic import Traffic
 from turtlewire.console.wheel import Wheel
@@ -55,7 +56,8 @@ class Station:
     Attributes:
         wheel: who drives.
         path: where it has been.
-        traffic: what passes on its wire; faulting: what goes wrong there; program: what runs on it.
+        traffic: what passes on its wire; faulting: what goes wrong there; sending: messages that somebody writes.
+        program: what runs on it.
         error: why it is not reached; "": it is, or nobody knows yet.
         watchers: how many pages show it.
         is_changed: told when something about it changed that is no matter of its view.
@@ -76,6 +78,7 @@ class Station:
         self.path = Path()
         self.traffic = Traffic(target)
         self.faulting = Faulting(target, pace)
+        self.sending = Sending(self)
         self.program = Runs(self, folder)
         self.error = ""
         self.watchers = 0
@@ -201,6 +204,7 @@ class Station:
         self._notice_refusal()
         if not self._grips.hold(session.id, point.grip):
             raise Refused(409, "ended", "a stop or an error has ended this grip: let go, and press anew")
+        self.sending.give_way()
         self.wheel.active(session.id, now)
         helm.steer(Wish(point.speed, point.turn, point.horn, now + LIFE_S, self._grips.number))
 
@@ -261,6 +265,7 @@ class Station:
         """Nobody drives by hand now; what else the robot does (a program) goes on."""
         self._grips.end()
         self._let_go()
+        self.sending.halt()
 
     def _let_go(self) -> None:
         if self._helm is not None:
@@ -293,6 +298,11 @@ class Station:
             return await asyncio.wrap_future(lease.call(work))
         finally:
             lease.close()
+
+    def tell_of(self, error: TurtlewireError) -> None:
+        """Have people told what became of something that was done with the robot while it was lent."""
+        if self._helm is not None:
+            self._helm.tell_of(error)
 
     def _reached(self) -> Helm:
         if self._helm is None:

@@ -137,6 +137,10 @@ class Helm:
         with contextlib.suppress(TimeoutError, RuntimeError):
             asyncio.run_coroutine_threadsafe(self._by_itself(self._stopped), self._loop).result(seconds)
 
+    def tell_of(self, error: TurtlewireError) -> None:
+        """Have people told what became of something that was done with the robot while it was lent."""
+        self._soon(lambda: self._tell_of(error))
+
     def note(self, text: str, level: Level = "note") -> None:
         """Have people told something."""
         self._soon(lambda: self._tell(text, level))
@@ -431,6 +435,11 @@ class Helm:
         self._is_sure = True
         self.refused = wish.number
         self._carried_out = None
+        self._tell_of(error)
+        if isinstance(error, LinkClosedError):
+            self.failure = error
+
+    def _tell_of(self, error: TurtlewireError) -> None:
         if isinstance(error, LimitReachedError):
             way = {"front": "back", "back": "ahead"}.get(error.sensor, "ahead or back, or turn")
             self._tell(
@@ -443,8 +452,6 @@ class Helm:
             )
         elif not isinstance(error, LinkLostError):  # that is seen anyway
             self._tell(str(error), "error", code="robot")
-        if isinstance(error, LinkClosedError):
-            self.failure = error
 
     def _warn(self, text: str) -> None:
         self._tell(text, "warning")
