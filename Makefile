@@ -18,14 +18,14 @@ PYTHON := $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 py
             $(shell $(name) -c $(IS_RECENT) 2>/dev/null && echo $(name))) python3)
 endif
 
-# What tests of the firmware need, as Debian calls it: compilers for here and for the chip, the emulated chip, what looks
-# at the source, a fuzzer. And UCBLogo, whose example programs run here, too.
+# What the tests need, as Debian calls it. Those of the firmware: compilers for here and for the chip, the emulated chip, what
+# looks at the source, a fuzzer. UCBLogo, whose example programs run here, too. A browser for the console.
 PACKAGES := g++ gcc-avr avr-libc binutils-avr arduino-core-avr arduino-builder avrdude libsimavr-dev libelf-dev clang \
-            clang-tidy cppcheck libclang-rt-dev ucblogo
+            clang-tidy cppcheck libclang-rt-dev ucblogo chromium
 FUZZER := $(or $(wildcard /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a),/usr/lib/libclang_rt.fuzzer.a)
 NEEDED := $(addprefix /usr/,bin/g++ bin/avr-g++ bin/avr-size bin/avrdude bin/arduino-builder \
             lib/avr/include/avr/io.h share/arduino/hardware/arduino/avr/platform.txt include/simavr/sim_avr.h include/libelf.h \
-            bin/clang++ bin/clang-tidy bin/cppcheck share/ucblogo/csls/student) $(firstword $(FUZZER))
+            bin/clang++ bin/clang-tidy bin/cppcheck share/ucblogo/csls/student bin/chromium) $(firstword $(FUZZER))
 
 # C++ that people write: what is generated has no layout to speak of.
 CODE := $(shell grep -L 'do not edit' $$(find firmware -name '*.h' -o -name '*.cpp' -o -name '*.ino'))
@@ -56,8 +56,8 @@ tools:
 	[ -z "$$missing" ] || { \
 	  sudo=; [ "$$(id -u)" -eq 0 ] || sudo='sudo -n'; \
 	  command -v apt-get >/dev/null && $$sudo true 2>/dev/null \
-	    || { echo "the tests of the firmware need$$missing: on Debian, apt install $(PACKAGES)" >&2; exit 1; }; \
-	  echo "installing what the tests of the firmware need" >&2; apt="$$sudo apt-get -qq -o DPkg::Lock::Timeout=900"; \
+	    || { echo "the tests need$$missing: on Debian, apt install $(PACKAGES)" >&2; exit 1; }; \
+	  echo "installing what the tests need" >&2; apt="$$sudo apt-get -qq -o DPkg::Lock::Timeout=900"; \
 	  { $$apt update && $$apt install --yes --no-install-recommends $(PACKAGES); } >/dev/null; }
 
 firmware: $(DEV) tools ## build the sketches for the Uno into build/firmware, within firmware/budgets.toml

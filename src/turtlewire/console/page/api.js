@@ -216,7 +216,9 @@ export class Api {
     this.tell("stopping", { robot });
     this.send({ type: "stop", robot });
     const path = robot === null ? "/api/stop" : `/api/robots/${encodeURIComponent(robot)}/stop`;
-    return fetch(this.base + path, { method: "POST", credentials: "same-origin", keepalive: true }).then(
+    // the session tells that it is one's own: somebody else's stop takes the wheel away for good
+    const headers = this.store.session ? { "X-Session": this.store.session } : {};
+    return fetch(this.base + path, { method: "POST", headers, credentials: "same-origin", keepalive: true }).then(
       (response) => response.ok,
       () => false,
     );

@@ -103,7 +103,7 @@ export default {
     if (!app.component("TwIcon")) app.component("TwIcon", TwIcon);
     this.samples = new Map();
     this.noticed = new Map();
-    this.stoppedAt = -Infinity;
+    this.stoppedAt = new Map();
     const { api } = this;
     this.grip = markRaw(
       new Grip(api, () => {
@@ -189,8 +189,8 @@ export default {
 
     async stop(robot = this.robot || null) {
       const now = performance.now();
-      if (now - this.stoppedAt < ONE_PRESS_MS) return;
-      this.stoppedAt = now;
+      if (now - (this.stoppedAt.get(robot) ?? -Infinity) < ONE_PRESS_MS) return;
+      this.stoppedAt.set(robot, now);
       this.isStopping = true;
       navigator.vibrate?.(60);
       const isSent = this.api.isOpen;

@@ -19,6 +19,8 @@ const PATHS = {
   horn: "M4 10v4h3l6 4V6L7 10zM16.5 9a4 4 0 0 1 0 6M19 6.5a8 8 0 0 1 0 11",
   clean: "M5 4h14v12l-4 4H5zM15 20v-4h4",
   resume: "M7 5l11 7-11 7z",
+  pause: "M8 5v14M16 5v14",
+  end: "M6 6h12v12H6z",
   close: "M6 6l12 12M18 6L6 18",
   up: "M12 19V5M6 11l6-6 6 6",
   down: "M12 5v14M6 13l6 6 6-6",

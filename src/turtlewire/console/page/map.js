@@ -1,6 +1,6 @@
 // The map: where the robots are, where they went, what is in their way.
 
-import { Painter } from "./painter.js";
+import { length, Painter } from "./painter.js";
 import { smallestBox } from "./view.js";
 
 // A robot glides from where it was seen to where it is seen now.
@@ -14,7 +14,7 @@ const colour = (style, name) => style.getPropertyValue(name).trim();
 
 export default {
   props: { api: Object, robot: String, theme: String, t: Function },
-  data: () => ({ follows: true, isFitted: true, saves: false, spoken: "" }),
+  data: () => ({ follows: true, isFitted: true, saves: false, scale: { width: 0, text: "" } }),
 
   computed: {
     chosen() {
@@ -129,6 +129,9 @@ export default {
       const chosen = this.shown.get(this.robot);
       if (this.follows && chosen && this.pointers.size === 0) this.painter.view.follow(chosen.x, chosen.y);
       this.painter.paint(robots, performance.now());
+      const { step, view } = this.painter;
+      const width = Math.round(step * view.scale);
+      if (width !== this.scale.width || length(step) !== this.scale.text) this.scale = { width, text: length(step) };
       if (moves || this.painter.isShowingLimit(robots, performance.now())) this.wake();
     },
 
@@ -268,7 +271,7 @@ export default {
           <a class="tw-button small" :href="picture + '.png'" :download="robot + '.png'" @click="saves = false">PNG</a>
         </div>
       </div>
-      <slot></slot>
+      <div class="tw-scale" :style="{width: scale.width + 'px'}">{{ scale.text }}</div>
     </section>
   `,
 };

@@ -52,6 +52,11 @@ export class Painter {
     this.drawn = null;
   }
 
+  // The distance between two lines of the grid, mm.
+  get step() {
+    return this.view.spacing(GRID_PX);
+  }
+
   penColour(order, pen) {
     const palette = PEN_COLOURS[this.colours.isDark ? "dark" : "light"];
     return palette[(order + Math.max(0, pen - 1)) % palette.length];
@@ -78,7 +83,6 @@ export class Painter {
     const chosen = robots.find((robot) => robot.isChosen);
     for (const robot of robots) if (robot !== chosen) this.drawRobot(robot, chosen);
     if (chosen) this.drawRobot(chosen, null);
-    this.drawScale();
   }
 
   bringLayerUpToDate(robots) {
@@ -172,7 +176,7 @@ export class Painter {
 
   drawGrid() {
     const { layerContext: context, drawn, colours } = this;
-    const step = this.view.spacing(GRID_PX);
+    const step = this.step;
     const [left, top] = [drawn.x - drawn.width / 2 / drawn.scale, drawn.y + drawn.height / 2 / drawn.scale];
     const [right, bottom] = [drawn.x + drawn.width / 2 / drawn.scale, drawn.y - drawn.height / 2 / drawn.scale];
     const lines = (first, last, draw) => {
@@ -306,26 +310,6 @@ export class Painter {
       context.fillText(label, 0, size + 5);
     }
     context.restore();
-  }
-
-  drawScale() {
-    const { context, view, colours } = this;
-    const step = view.spacing(GRID_PX);
-    const width = step * view.scale;
-    const [x, y] = [14, view.height - 14];
-    context.lineWidth = 2;
-    context.lineCap = "butt";
-    context.strokeStyle = context.fillStyle = colours.muted;
-    context.beginPath();
-    context.moveTo(x, y - 6);
-    context.lineTo(x, y);
-    context.lineTo(x + width, y);
-    context.lineTo(x + width, y - 6);
-    context.stroke();
-    context.font = "12px Roboto, system-ui, sans-serif";
-    context.textAlign = "left";
-    context.textBaseline = "bottom";
-    context.fillText(length(step), x + 5, y - 3);
   }
 }
 

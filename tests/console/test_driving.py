@@ -1,0 +1,300 @@
+"""Driving by hand: keys, the joystick under a mouse and a finger, buttons, a gamepad; and whatever ends it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from .conftest import wait_until
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from .conftest import Console, Visitor
+
+    Visit = Callable[..., Visitor]
+
+STICK = ".tw-stick"
+# What a gamepad tells, as the browser's own would: there is none at this computer.
+GAMEPAD = """
+window.pad = {id: "Test pad", index: 0, connected: true, axes: [0, 0, 0, 0],
+  buttons: Array.from({length: 17}, () => ({pressed: false, value: 0}))};
+Object.defineProperty(navigator, "getGamepads", {value: () => [window.pad.connected ? window.pad : null]});
+window.plug = (type) => window.dispatchEvent(Object.assign(new Event(type), {gamepad: window.pad}));
+"""
+
+
+def _way(console: Console, robot: str, before: dict[str, Any]) -> tuple[float, float]:
+    """How far ahead of where it was (mm), and how far it has turned clockwise (deg)."""
+    pose = console.view(robot)["pose"]
+    dx, dy = pose["x_mm"] - before["x_mm"], pose["y_mm"] - before["y_mm"]
+    heading = math.radians(before["heading_deg"])
+    turn = (pose["heading_deg"] - before["heading_deg"] + 180.0) % 360.0 - 180.0
+    return dx * math.sin(heading) + dy * math.cos(heading), turn
+
+
+def _wait_for_way(
+    console: Console, robot: str, before: dict[str, Any], *, ahead: int = 0, turn: int = 0
+) -> None:
+    """Until it has gone at least a little in this direction, and not in the other."""
+
+    def has_gone() -> bool:
+        way, turned = _way(console, robot, before)
+        return (way * ahead > 3.0 if ahead else True) and (turned * turn > 3.0 if turn else True)
+
+    wait_until(has_gone, f"{robot} to go {ahead} ahead, {turn} around")
+
+
+def _says(visitor: Visitor) -> str:
+    return visitor.see(".tw-hand-says").inner_text()
+
+
+@pytest.mark.parametrize(
+    ("layout", "keys"),
+    [
+        ("arrows", {"ArrowUp": (1, 0), "ArrowDown": (-1, 0), "ArrowLeft": (0, -1), "ArrowRight": (0, 1)}),
+        ("wasd", {"w": (1, 0), "s": (-1, 0), "a": (0, -1), "d": (0, 1), "ArrowUp": (1, 0)}),
+        ("walter", {"a": (1, 0), "z": (-1, 0), ",": (0, -1), ".": (0, 1), "ArrowDown": (-1, 0)}),
+    ],
+)
+def test_a_key_drives_while_it_is_held(
+    console: Console, visit: Visit, layout: str, keys: dict[str, tuple[int, int]]
+) -> None:
+    visitor = visit(settings={"layout": layout})
+    for key, (ahead, turn) in keys.items():
+        before = console.view("walter")["pose"]
+        with visitor.holding(key):
+            _wait_for_way(console, "walter", before, ahead=ahead, turn=turn)
+            assert _says(visitor) == "Driving"
+            assert visitor.see(".tw-wheel-says").inner_text() == "You drive"
+        console.wait_for_rest("walter")
+
+
+def test_a_letter_of_another_layout_does_not_drive(console: Console, visit: Visit) -> None:
+    visitor = visit(settings={"layout": "arrows"})
+    with visitor.holding("w"):
+        visitor.page.wait_for_timeout(200)
+        assert console.state("walter")["wheel"]["driver"] is None
+
+
+def test_keys_can_be_switched_off_but_for_the_stop(console: Console, visit: Visit) -> None:
+    visitor = visit()
+    visitor.see(".tw-keys select").last.select_option("none")
+    visitor.page.keyboard.press("Escape")
+    visitor.button("Take the wheel").click()
+    visitor.page.get_by_text("You drive").wait_for()
+    with visitor.holding("ArrowUp"):
+        visitor.page.keyboard.press("p")
+        assert not console.moves("walter")
+    visitor.page.keyboard.press("Escape")
+    visitor.page.get_by_text("Nobody drives").wait_for()
+
+
+def test_a_car_drives_and_steers_at_once(console: Console, visit: Visit) -> None:
+    visitor = visit(robot="car")
+    before = console.view("car")["pose"]
+    with visitor.holding("w"), visitor.holding("d"):
+        _wait_for_way(console, "car", before, ahead=1, turn=1)
+    console.wait_for_rest("car")
+
+
+def test_letters_that_are_typed_do_not_drive(console: Console, visit: Visit) -> None:
+    visitor = visit()
+    visitor.button("Take the wheel").click()
+    visitor.page.get_by_text("You drive").wait_for()
+    visitor.button("Settings").click()
+    field = visitor.page.get_by_label("Your name")
+    field.press_sequentially("wasd w")
+    assert field.input_value() == "wasd w"
+    assert not console.moves("walter")
+    assert console.state("walter")["wheel"]["driver"] is not None
+    field.press("Escape")
+    wait_until(lambda: console.state("walter")["wheel"]["driver"] is None, "Escape to stop, while typing, too")
+
+
+@pytest.mark.parametrize("by", ["Escape", " ", "button"])
+def test_a_stop_ends_the_grip_until_a_new_press(console: Console, visit: Visit, by: str) -> None:
+    visitor = visit()
+    keyboard = visitor.page.keyboard
+    keyboard.down("w")
+    console.wait_for_motion("walter")
+    if by == "button":
+        visitor.press(".tw-stop")
+    else:
+        keyboard.press(by)
+    console.wait_for_rest("walter")
+    assert console.state("walter")["wheel"]["driver"] is None
+    assert _says(visitor) == "Stopped. Let go, then hold again to drive."
+    keyboard.down("w")  # it repeats, as a key that is held does
+    console.wait_for_rest("walter")
+    keyboard.up("w")
+    keyboard.down("w")
+    console.wait_for_motion("walter")
+    keyboard.up("w")
+    console.wait_for_rest("walter")
+
+
+def test_the_stop_of_all_stops_the_others_too(console: Console, visit: Visit) -> None:
+    driver, other = visit(robot="car"), visit(robot="walter")
+    with driver.holding("w"):
+        console.wait_for_motion("car")
+        other.press(".tw-stop")  # only walter
+        other.page.wait_for_timeout(100)
+        console.wait_for_motion("car")
+        other.press(".tw-stop-all")
+        console.wait_for_rest("car")
+    assert _says(driver) in {
+        "The wheel was taken away: the robot stands.",
+        "Stopped. Let go, then hold again to drive.",
+        "Somebody stopped the robot: take the wheel to drive.",
+    }
+    with driver.holding("w"):
+        driver.page.get_by_text("Somebody stopped the robot: take the wheel to drive.").wait_for()
+        assert not console.moves("car")
+    driver.button("Take the wheel").click()
+    driver.page.get_by_text("You drive").wait_for()
+    with driver.holding("w"):
+        console.wait_for_motion("car")
+    console.wait_for_rest("car")
+
+
+def test_the_joystick_under_a_mouse(console: Console, visit: Visit) -> None:
+    visitor = visit()
+    mouse = visitor.page.mouse
+    before = console.view("walter")["pose"]
+    x, y, radius = visitor.middle(STICK)
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x, y - radius * 0.8, steps=4)
+    _wait_for_way(console, "walter", before, ahead=1)
+    mouse.move(x, y)
+    console.wait_for_rest("walter")
+    assert _says(visitor) == "Driving"
+    mouse.up()
+    wait_until(lambda: _says(visitor) == "Hold to drive, let go to stop", "the joystick to be let go of")
+
+
+@pytest.mark.parametrize("end", ["touchEnd", "touchCancel"])
+def test_the_joystick_under_a_finger(console: Console, visit: Visit, end: str) -> None:
+    visitor = visit(phone=True)
+    before = console.view("walter")["pose"]
+    x, y, radius = visitor.middle(STICK)
+    visitor.touch("touchStart", (x, y))
+    for part in (0.3, 0.6, 0.9):
+        visitor.touch("touchMove", (x - radius * part, y))
+    _wait_for_way(console, "walter", before, turn=-1)
+    visitor.touch(end)
+    console.wait_for_rest("walter")
+    assert _says(visitor) == "Hold to drive, let go to stop"
+
+
+def test_the_stop_under_another_finger_ends_the_joystick_too(console: Console, visit: Visit) -> None:
+    visitor = visit(phone=True)
+    x, y, radius = visitor.middle(STICK)
+    stop_x, stop_y, _ = visitor.middle(".tw-stop")
+    visitor.touch("touchStart", (x, y))
+    visitor.touch("touchMove", (x, y - radius * 0.8))
+    console.wait_for_motion("walter")
+    visitor.touch("touchStart", (x, y - radius * 0.8), (stop_x, stop_y))
+    console.wait_for_rest("walter")
+    visitor.touch("touchMove", (x, y - radius * 0.5), (stop_x, stop_y))  # held still: it drives no more
+    console.wait_for_rest("walter")
+    assert console.state("walter")["wheel"]["driver"] is None
+    visitor.touch("touchEnd")
+
+
+def test_buttons_instead_of_the_joystick(console: Console, visit: Visit) -> None:
+    visitor = visit(phone=True)
+    visitor.see(".tw-keys select").first.select_option("pad")
+    visitor.see(".tw-pad").scroll_into_view_if_needed()
+    before = console.view("walter")["pose"]
+    x, y, _ = visitor.middle(".tw-pad-button.right")
+    visitor.touch("touchStart", (x, y))
+    _wait_for_way(console, "walter", before, turn=1)
+    visitor.touch("touchEnd")
+    console.wait_for_rest("walter")
+
+
+@pytest.mark.parametrize("event", ["window.dispatchEvent(new Event('blur'))", "plug('gamepaddisconnected')"])
+def test_what_takes_the_hand_away_stops_the_robot(console: Console, visit: Visit, event: str) -> None:
+    visitor = visit(before=lambda visitor: visitor.page.add_init_script(GAMEPAD))
+    page = visitor.page
+    page.evaluate("plug('gamepadconnected')")
+    page.get_by_text("Gamepad: Test pad").wait_for()
+    before = console.view("walter")["pose"]
+    page.evaluate("pad.axes[1] = -0.1")  # within the dead zone
+    page.wait_for_timeout(150)
+    assert console.state("walter")["wheel"]["driver"] is None
+    page.evaluate("pad.axes[1] = -1")
+    _wait_for_way(console, "walter", before, ahead=1)
+    page.evaluate(event)
+    console.wait_for_rest("walter")
+    page.wait_for_timeout(100)  # the stick is still out: only leaving the middle anew begins
+    assert not console.moves("walter")
+
+
+def test_a_gamepad_drives_and_its_buttons_do(console: Console, visit: Visit) -> None:
+    visitor = visit(before=lambda visitor: visitor.page.add_init_script(GAMEPAD))
+    page = visitor.page
+    page.evaluate("pad.axes[0] = 1; plug('gamepadconnected')")
+    page.wait_for_timeout(150)  # it was out already when it was plugged in
+    assert console.state("walter")["wheel"]["driver"] is None
+    page.evaluate("pad.axes[0] = 0")
+    page.wait_for_timeout(100)
+    before = console.view("walter")["pose"]
+    page.evaluate("pad.axes[0] = 1")
+    _wait_for_way(console, "walter", before, turn=1)
+    page.evaluate("pad.buttons[1].pressed = true")
+    console.wait_for_rest("walter")
+    page.get_by_text("Stopped. Let go, then hold again to drive.").wait_for()
+    page.evaluate("pad.axes[0] = 0; pad.buttons[1].pressed = false")
+    is_down = console.view("walter")["pen_down"]
+    page.evaluate("pad.buttons[3].pressed = true")
+    wait_until(lambda: console.view("walter")["pen_down"] is not is_down, "the pen to move")
+
+
+def test_the_speed_has_a_limit(console: Console, visit: Visit) -> None:
+    visitor = visit(robot="frame")
+    slider = visitor.page.get_by_role("slider", name="Speed")
+
+    def speed() -> float:
+        with visitor.holding("ArrowUp"):
+            console.wait_for_motion("frame")
+            visitor.page.wait_for_timeout(700)
+            seen: float = console.view("frame")["speed_mm_per_s"]
+        console.wait_for_rest("frame")
+        return seen
+
+    slider.fill("100")
+    slider.blur()
+    fast = speed()
+    visitor.page.keyboard.press("3")
+    assert slider.input_value() == "33"
+    assert 0.2 * fast < speed() < 0.5 * fast
+
+
+def test_what_the_robot_has_besides_wheels(console: Console, visit: Visit) -> None:
+    visitor = visit(phone=True)
+    before = console.view("walter")
+    visitor.press(".tw-equipment button:has-text('Pen')")
+    wait_until(lambda: console.view("walter")["pen_down"] is not before["pen_down"], "the pen to move")
+    pressed = "false" if before["pen_down"] else "true"
+    visitor.see(f".tw-equipment button[aria-pressed={pressed}]:has-text('Pen')").wait_for()
+    visitor.press(".tw-equipment button:has-text('Lamp')")
+    wait_until(lambda: console.view("walter")["lamp"] is not before["lamp"], "the lamp to change")
+    x, y, _ = visitor.middle(".tw-equipment button:has-text('Horn')")
+    visitor.touch("touchStart", (x, y))
+    wait_until(lambda: console.view("walter")["horn"], "the horn to sound")
+    visitor.touch("touchEnd")
+    wait_until(lambda: not console.view("walter")["horn"], "the horn to fall silent")
+    assert visitor.see(".tw-chip:has-text('Lights')").count() == 1
+
+
+def test_each_robot_shows_what_it_has(visit: Visit) -> None:
+    visitor = visit(robot="car")
+    assert visitor.see(".tw-equipment button").all_inner_texts() == ["Headlights", "Clean map"]
+    assert visitor.see(".tw-slider").count() == 1  # its front wheels turn fully or not at all
+    visitor.see(".tw-robot select").select_option("walter")
+    wait_until(lambda: visitor.see(".tw-equipment button").count() == 4, "what walter has")
