@@ -16,7 +16,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from turtlewire.console import models, routes, traffic_routes
+from turtlewire.console import models, program_routes, routes, traffic_routes
 from turtlewire.console.gate import Door, Gate, ipaddress_of, names_of
 from turtlewire.console.refusals import Refused
 from turtlewire.errors import DataError, UsageError
@@ -64,6 +64,7 @@ def application(console: Console) -> FastAPI:
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _failed)
     app.include_router(routes.router)
+    app.include_router(program_routes.router)
     app.include_router(traffic_routes.router)
     return app
 

@@ -282,7 +282,7 @@ HELP: dict[str, str] = {
     "untrace": "No longer.",
     "tracedp": "Is it traced?",
     "traced?": "Is it traced?",
-    "step": "Mark procedures to be stepped through.",
+    "step": "[Go through these procedures line by line](logo-tools.md#step-by-step); tell when these variables are hidden.",
     "unstep": "No longer.",
     "steppedp": "Is it marked so?",
     "stepped?": "Is it marked so?",
