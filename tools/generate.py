@@ -9,13 +9,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from tools.generators import coverage, frame, simple, walter, words
+from tools.generators import coverage, frame, primitives, simple, walter, words
 from tools.generators.python import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-GENERATORS = (coverage, frame, simple, walter, words)
+GENERATORS = (coverage, frame, primitives, simple, walter, words)
 
 
 def files() -> dict[Path, str]:

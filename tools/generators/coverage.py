@@ -5,8 +5,8 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING, Any
 
+from tools.generators import primitives
 from tools.generators.python import ROOT
-from turtlewire.logo.primitives import PRIMITIVES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,11 +27,11 @@ def reasons() -> dict[str, str]:
 
 def place_of(word: str) -> str | None:
     """The module that implements a word; ``None`` when none does."""
-    primitive = PRIMITIVES.get(word)
-    if primitive is None:
-        found: str | None = table()["variables"].get(word)
-        return found
-    return primitive.function.__module__.removeprefix("turtlewire.").replace(".", "/") + ".py"
+    for chapter, words in primitives.chapters().items():
+        if word in words:
+            return f"logo/primitives/{chapter}.py"
+    found: str | None = table()["variables"].get(word)
+    return found
 
 
 def _row(words: list[str], why_not: dict[str, str]) -> str:

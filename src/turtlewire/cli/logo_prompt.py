@@ -92,7 +92,8 @@ class _Prompt:
         self._line_is_open = False
         logo.write = self._write
         logo.ask = self._ask_within
-        logo.procedures["bye"] = Primitive("bye", _bye, 0, 0, 0)
+        bye = logo.procedures["bye"] = Primitive("bye", 0, 0, 0)
+        bye.function = _bye
 
     def greet(self, target: Target | None) -> _Prompt:
         """Say what this is."""

@@ -109,7 +109,8 @@ class ExitError(Exception):
 class Primitive:
     """A primitive: its names, how many inputs it takes, and the function that does it.
 
-    The function gets the interpreter and then the inputs, one by one; all in one list when it takes any number.
+    The function gets the interpreter and then the inputs, one by one; all in one list when it takes any number. It is
+    set by whoever has it.
     """
 
     __slots__ = (
@@ -122,11 +123,10 @@ class Primitive:
         "takes_alternative",
     )
 
-    def __init__(
-        self, name: str, function: Callable[..., Result], inputs: int, minimum: int, maximum: int
-    ) -> None:
+    function: Callable[..., Result]
+
+    def __init__(self, name: str, inputs: int, minimum: int, maximum: int) -> None:
         self.name = name
-        self.function = function
         self.default_inputs = inputs
         self.minimum_inputs = minimum
         self.maximum_inputs = maximum  # -1: any number
@@ -216,7 +216,8 @@ class Chapter:
             spelled = names.split()
             fewest = inputs if minimum is None else minimum
             most = inputs if maximum is None else maximum
-            primitive = Primitive(spelled[0], function, inputs, fewest, most)
+            primitive = Primitive(spelled[0], inputs, fewest, most)
+            primitive.function = function
             for name in spelled:
                 self.primitives[name] = primitive
             return function

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from turtlewire.cli import command_line, logo_script, main
 
+ENVIRONMENT = {**os.environ, "PYTHONDONTWRITEBYTECODE": ""}
 PROGRAM = "print :commandline\nprint random 1\nlocal 1\n"
 
 # --- with the parser and without it
@@ -101,6 +103,36 @@ def test_it_has_no_option_that_is_not_as_it_is_without(
 def test_most_scripts_need_no_parser() -> None:
     plain = [line for line in LINES if main.script_of(line) is not None]
     assert plain == LINES[1:9]
+
+
+# --- what is loaded
+
+
+def loaded(*command: str | Path) -> set[str]:
+    """The modules that a command has loaded, beside those that Python has loaded itself."""
+    told = [
+        subprocess.run(
+            [sys.executable, "-X", "importtime", *each],
+            env=ENVIRONMENT,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stderr
+        for each in (command, ("-c", "pass"))
+    ]
+    mine, pythons = ({line.rpartition("|")[2].strip() for line in each.splitlines()} for each in told)
+    return mine - pythons
+
+
+def test_an_empty_program_loads_little() -> None:
+    Path("empty.logo").write_text("", "utf-8")
+    script = Path(sys.executable).with_name("turtlewire")
+    modules = loaded(script, "logo", "empty.logo")
+    foreign = {each for each in modules if each.partition(".")[0] != "turtlewire"}
+    assert foreign <= {"__future__", "_collections", "errno", "itertools", "math"}  # each is a small one
+    assert "turtlewire.logo.compiler" not in modules
+    assert "turtlewire.logo.debugging" not in modules
 
 
 # --- signals
