@@ -145,9 +145,12 @@ def traffic(
     station: StationOf,
     since: Annotated[int, Query(ge=0, le=2**53, description="the number of the first line")] = 0,
     limit: Annotated[int, Query(ge=1, le=MAX_LINES)] = 200,
+    newest: Annotated[
+        bool, Query(description="of more than the limit, the newest rather than the oldest")
+    ] = False,
 ) -> TrafficPiece:
     """What passed on the wire, both directions, decoded: from a number on, the oldest first."""
-    piece = station.traffic.read(since, limit)
+    piece = station.traffic.newest(since, limit) if newest else station.traffic.read(since, limit)
     lines = [Line(**line.as_json()) for line in piece.lines]
     return TrafficPiece(lines=lines, lost=piece.lost, following=piece.following or since)
 

@@ -12,11 +12,12 @@ const TOAST_MS = 6000;
 const MAX_TOASTS = 4;
 
 export class ApiError extends Error {
-  constructor(status, code, text) {
+  constructor(status, code, text, details = null) {
     super(text);
     this.status = status;
     this.code = code;
     this.text = text;
+    this.details = details;
   }
 }
 
@@ -207,7 +208,7 @@ export class Api {
     } catch {
       answer = { text };
     }
-    if (!response.ok) throw new ApiError(response.status, answer?.code ?? "refused", answer?.text ?? response.statusText);
+    if (!response.ok) throw new ApiError(response.status, answer?.code ?? "refused", answer?.text ?? response.statusText, answer?.details);
     return answer;
   }
 
@@ -226,6 +227,13 @@ export class Api {
 
   wheel(robot, action, to) {
     return this.send({ type: "wheel", robot, action, ...(to ? { to } : {}) });
+  }
+
+  // As a new press does: not where somebody's stop took it away.
+  async takeFreeWheel(robot) {
+    const wheel = this.store.robots[robot]?.wheel;
+    if (wheel?.driver != null || wheel?.barred.includes(this.store.id)) return;
+    await this.request("POST", `/api/robots/${encodeURIComponent(robot)}/wheel`, { action: "take" });
   }
 
   command(robot, command, value) {

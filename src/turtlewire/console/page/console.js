@@ -18,8 +18,6 @@ import Traffic from "./traffic.js";
 import Wheel from "./wheel.js";
 
 const TABS = ["drive", "program", "traffic", "link"];
-// Of one press of the stop come a pointer's event and a click.
-const ONE_PRESS_MS = 400;
 const ONE_BYTE = 1 / 255;
 const ONE_STEP = 1 / 9;
 
@@ -103,7 +101,6 @@ export default {
     if (!app.component("TwIcon")) app.component("TwIcon", TwIcon);
     this.samples = new Map();
     this.noticed = new Map();
-    this.stoppedAt = new Map();
     const { api } = this;
     this.grip = markRaw(
       new Grip(api, () => {
@@ -188,9 +185,6 @@ export default {
     // -------------------------------------------------------------- stop, and what is done once
 
     async stop(robot = this.robot || null) {
-      const now = performance.now();
-      if (now - (this.stoppedAt.get(robot) ?? -Infinity) < ONE_PRESS_MS) return;
-      this.stoppedAt.set(robot, now);
       this.isStopping = true;
       navigator.vibrate?.(60);
       const isSent = this.api.isOpen;
@@ -199,6 +193,11 @@ export default {
       setTimeout(() => {
         this.isStopping = false;
       }, 600);
+    },
+
+    // A click that no pointer's press came before.
+    stopByKey({ detail }, robot) {
+      if (detail === 0) this.stop(robot);
     },
 
     async act(name, value) {
@@ -226,18 +225,11 @@ export default {
 
     async command(name, value) {
       try {
-        await this.takeFreeWheel();
+        await this.api.takeFreeWheel(this.robot);
         await this.api.command(this.robot, name, value);
       } catch (error) {
         this.api.say("warning", this.t.code(error));
       }
-    },
-
-    // As a new press does: not where somebody's stop took it away.
-    async takeFreeWheel() {
-      const { wheel } = this.state;
-      if (wheel?.driver != null || wheel?.barred.includes(this.api.store.id)) return;
-      await this.api.request("POST", `/api/robots/${encodeURIComponent(this.robot)}/wheel`, { action: "take" });
     },
 
     async askLimit(which) {
@@ -251,7 +243,9 @@ export default {
 
     refused({ what, robot, code, text }) {
       if (what === "drive") {
-        if (robot === undefined || robot === this.robot) this.grip.letGo(this.t.has(`ended_${code}`) ? code : "refused");
+        // the refusal may be here before the state which says that the wheel is gone
+        const why = code === "not_the_driver" && this.state?.drives ? "wheel_taken" : code;
+        if (robot === this.robot) this.grip.letGo(this.t.has(`ended_${why}`) ? why : "refused");
       } else this.api.say("warning", this.t.code({ code, text }));
     },
 
@@ -339,7 +333,10 @@ export default {
         <template v-if="state">
           <tw-map :api="api" :robot="robot" :theme="settings.theme" :t="t"></tw-map>
           <div class="tw-side">
-            <tw-wheel :api="api" :robot="robot" :state="state" :t="t"></tw-wheel>
+            <div>
+              <p v-if="state.faults?.on" class="tw-banner" role="status"><tw-icon name="warning"/>{{ t('faults_banner') }}</p>
+              <tw-wheel :api="api" :robot="robot" :state="state" :t="t"></tw-wheel>
+            </div>
             <div class="tw-tabs" role="tablist" :aria-label="t('panels')" @keydown="tabKey">
               <button v-for="name in tabs" :key="name" :id="'tw-tab-' + name" class="tw-tab" role="tab"
                 :aria-selected="tab === name" aria-controls="tw-panel" :tabindex="tab === name ? 0 : -1" @click="tab = name">
@@ -363,8 +360,8 @@ export default {
 
       <section class="tw-stops" :aria-label="t('stop')">
         <button class="tw-stop" :class="{pressed: isStopping}" :title="t('stop_help')" aria-keyshortcuts="Escape Space"
-          @pointerdown="stop()" @click="stop()">{{ t('stop') }}</button>
-        <button v-if="robots.length > 1" class="tw-stop-all" @pointerdown="stop(null)" @click="stop(null)">{{ t('stop_all') }}</button>
+          @pointerdown="stop()" @click="stopByKey($event)">{{ t('stop') }}</button>
+        <button v-if="robots.length > 1" class="tw-stop-all" @pointerdown="stop(null)" @click="stopByKey($event, null)">{{ t('stop_all') }}</button>
       </section>
 
       <section class="tw-toasts" :aria-label="t('messages')" aria-live="polite">
