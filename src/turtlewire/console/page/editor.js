@@ -145,6 +145,8 @@ export class Editor {
   // words(), t(): see logo.js; act: {changed, run, save, breakpoints}
   constructor(parent, { text, words, t, act }) {
     this.label = new Compartment();
+    this.language = new Compartment();
+    this.words = words;
     this.t = t;
     this.act = act;
     const toggle = (view, at) => {
@@ -172,7 +174,7 @@ export class Editor {
           basicSetup,
           keymap.of([indentWithTab]),
           indentUnit.of("  "),
-          logoLanguage(words, () => this.t),
+          this.language.of(this.logo()),
           syntaxHighlighting(highlighter),
           findingField,
           runningField,
@@ -185,6 +187,15 @@ export class Editor {
         ],
       }),
     });
+  }
+
+  logo() {
+    return logoLanguage(this.words, () => this.t);
+  }
+
+  // There are other words now: look at all of the text again.
+  learned() {
+    this.view.dispatch({ effects: this.language.reconfigure(this.logo()) });
   }
 
   labels(t) {

@@ -155,6 +155,7 @@ export default {
     async learn() {
       try {
         this.words = await this.api.request("GET", "/api/logo/words");
+        this.editor.learned();
       } catch {
         setTimeout(() => this.learn(), 5000);
       }
