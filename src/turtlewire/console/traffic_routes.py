@@ -99,6 +99,22 @@ class Bytes(BaseModel):
     raw: str
 
 
+class Problem(BaseModel):
+    """What is wrong with a text form, and where: from a character to behind another; null: all of it."""
+
+    code: str
+    text: str
+    start: int | None = None
+    end: int | None = None
+
+
+class Checked(BaseModel):
+    """What a text form means, or what is wrong with it."""
+
+    bytes: Bytes | None = None
+    problem: Problem | None = None
+
+
 class FaultsOf(Model):
     """What goes wrong on the way to a simulated robot; without any, nothing does."""
 
@@ -188,16 +204,20 @@ def _field(field: AnyField) -> FieldOf:
 
 
 @router.post("/messages/check")
-def check(station: StationOf, message: Text) -> Bytes:
-    """What a text form means; of an error, ``details`` has its place (``start``, ``end``). Nothing is sent."""
-    return _bytes(station.traffic, _read(station, message.text))
+def check(station: StationOf, message: Text) -> Checked:
+    """What a text form means, for whoever is writing it. Nothing is sent."""
+    try:
+        return Checked(bytes=_bytes(station.traffic, _read(station, message.text)))
+    except Refused as error:
+        return Checked(problem=Problem(code=error.code, text=error.text, **(error.details or {})))
 
 
 @router.post("/messages")
 async def send(station: StationOf, driver: DriverOf, message: Text) -> Bytes:
     """Have the driver send a message as it is; of a query, the answer has come when this is answered.
 
-    What goes on until told otherwise ends after two seconds, if nothing newer was sent.
+    Of a message that is wrong, ``details`` of the refusal has the place (``start``, ``end``). What goes on until told
+    otherwise ends after two seconds, if nothing newer was sent.
     """
     del driver
     if station.program.is_running:

@@ -70,15 +70,17 @@ class Lease:
     # ------------------------------------------------------------------ in the robot's thread
 
     async def _carry_out(self, work: Callable[[AsyncRobot], Coroutine[object, None, T]]) -> T:
+        caller = asyncio.current_task()
+        assert caller is not None
         task = asyncio.create_task(self._in_turn(work), name="turtlewire lent")
         self._tasks.add(task)
         try:
             return await task
         except asyncio.CancelledError:
             task.cancel()
-            if self.stopped:
+            if self.stopped and not caller.cancelling():
                 raise StoppedError(STOPPED) from None
-            raise
+            raise  # whoever wanted it does not any more
         finally:
             self._tasks.discard(task)
 

@@ -98,7 +98,7 @@ export default {
       if (!value) return t(name === "split" ? "faults_whole" : "faults_none");
       if (name === "delay_s") return value < 1 ? `${number(value * 1000)} ms` : `${number(value)} s`;
       if (name === "split") return t("faults_bytes", { count: value });
-      return t("faults_of_a_thousand", { count: number(value * 1000) });
+      return `${number(value * 100)} %`;
     },
   },
 

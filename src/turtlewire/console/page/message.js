@@ -86,33 +86,34 @@ export default {
         return;
       }
       try {
-        const { raw } = await this.api.request("POST", `${this.address}/check`, { text });
-        if (text === this.text) [this.raw, this.wrong] = [raw, null];
+        const { bytes, problem } = await this.api.request("POST", `${this.address}/check`, { text });
+        if (text !== this.text) return;
+        this.raw = bytes?.raw ?? "";
+        this.wrong = problem && {
+          text: problem.text.replace(/; known are .*/s, ""),
+          start: problem.start ?? 0,
+          end: problem.end ?? text.length,
+        };
       } catch (error) {
-        if (text === this.text) this.mark(error);
+        this.api.say("warning", this.t.code(error));
       }
     },
 
-    mark(error) {
-      const { start = 0, end = this.text.length } = error.details ?? {};
-      this.wrong = { text: error.text.replace(/; known are .*/s, ""), start, end };
-    },
-
     async send() {
-      const text = this.text.trim();
-      if (!text || this.isSending) return;
+      if (!this.text.trim() || this.isSending) return;
       this.isSending = true;
       clearTimeout(this.checking);
       try {
+        await this.check();
+        if (this.wrong) return;
+        const { text } = this;
         await this.api.takeFreeWheel(this.robot);
         ({ raw: this.raw } = await this.api.request("POST", this.address, { text }));
-        this.wrong = null;
         this.before = [...this.before.filter((one) => one !== text), text].slice(-MAX_BEFORE);
         this.at = this.before.length;
         this.$refs.input.select();
       } catch (error) {
-        if (error.code === "bad_message") this.mark(error);
-        else this.api.say("warning", this.t.code(error));
+        this.api.say("warning", this.t.code(error));
       } finally {
         this.isSending = false;
         this.isWritten = false;

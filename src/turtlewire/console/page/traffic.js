@@ -231,29 +231,33 @@ export default {
 
       <div class="tw-traffic-tools">
         <div class="tw-row">
-          <select class="tw-field" name="sender" :aria-label="t('traffic_direction')" v-model="filter.sender">
-            <option value="">{{ t('traffic_both') }}</option>
-            <option value="host">{{ t('traffic_to_robot') }}</option>
-            <option value="robot">{{ t('traffic_to_host') }}</option>
-          </select>
-          <select class="tw-field" name="name" :aria-label="t('traffic_kind')" v-model="filter.name">
-            <option value="">{{ t('traffic_all') }}</option>
-            <option v-for="name in names" :key="name" :value="name">{{ name }}</option>
-          </select>
-          <label class="tw-check"><input type="checkbox" true-value="error" false-value="" v-model="filter.kind">
-            {{ t('traffic_errors') }}</label>
-        </div>
-        <input class="tw-field" type="search" name="search" :aria-label="t('traffic_search')" :placeholder="t('traffic_search')"
-          autocomplete="off" spellcheck="false" v-model="filter.text">
-        <div class="tw-row">
           <button class="tw-button small" name="pause" :aria-pressed="isPaused" @click="pause">{{ t(isPaused ? 'traffic_go_on' : 'traffic_pause') }}</button>
           <button class="tw-button small" name="clear" @click="clear">{{ t('traffic_clear') }}</button>
           <button class="tw-button small" name="copy" :disabled="!count" @click="copyAll">{{ t('traffic_copy') }}</button>
           <a class="tw-button small" :href="saveAddress" :title="t('traffic_save_help')" download>
             <tw-icon name="save"/>{{ t('traffic_save') }}</a>
         </div>
-        <p class="tw-muted tw-traffic-count" role="status">{{ counted }}<template v-if="waiting"> · <strong>{{
-          t('traffic_new', { count: waiting }) }}</strong></template></p>
+        <details class="tw-filter">
+          <summary>{{ t('traffic_filter') }}<span class="tw-muted tw-traffic-count" role="status">{{ counted }}<template v-if="waiting"> · <strong>{{
+            t('traffic_new', { count: waiting }) }}</strong></template></span></summary>
+          <div class="tw-row">
+            <select class="tw-field" name="sender" :aria-label="t('traffic_direction')" v-model="filter.sender">
+              <option value="">{{ t('traffic_both') }}</option>
+              <option value="host">{{ t('traffic_to_robot') }}</option>
+              <option value="robot">{{ t('traffic_to_host') }}</option>
+            </select>
+            <select class="tw-field" name="name" :aria-label="t('traffic_kind')" v-model="filter.name">
+              <option value="">{{ t('traffic_all') }}</option>
+              <option v-for="name in names" :key="name" :value="name">{{ name }}</option>
+            </select>
+          </div>
+          <div class="tw-row">
+            <input class="tw-field" type="search" name="search" :aria-label="t('traffic_search')" :placeholder="t('traffic_search')"
+              autocomplete="off" spellcheck="false" v-model="filter.text">
+            <label class="tw-check"><input type="checkbox" name="errors" true-value="error" false-value="" v-model="filter.kind">
+              {{ t('traffic_errors') }}</label>
+          </div>
+        </details>
       </div>
 
       <div class="tw-lines" ref="list" tabindex="0" role="list" data-own-arrows :aria-label="t('traffic')" @scroll.passive="scrolled">

@@ -15,6 +15,7 @@ export default {
       "What it sets going ends after two seconds. A car counts bytes to seven and has no other sign of where a command begins: if one is lost, the driver notices by the answers, stops the car, and gets in step again.",
     traffic_advice_frame:
       "Several messages with ; between go in one frame. The driver numbers the frames. What they set going ends after two seconds. Nothing is answered: a frame that is lost is lost.",
+    traffic_filter: "Filter",
     traffic_direction: "Direction",
     traffic_both: "Both directions",
     traffic_to_robot: "To the robot",
@@ -60,7 +61,6 @@ export default {
     faults_none: "none",
     faults_whole: "no",
     faults_bytes: "of {count} B",
-    faults_of_a_thousand: "{count} ‰",
     faults_stall: "Hold back for {seconds} s",
     faults_stalled: "Held back: {seconds} s",
     faults_unplug: "Unplug for {seconds} s",
@@ -88,6 +88,7 @@ export default {
       "Vad det sätter igång slutar efter två sekunder. En bil räknar byte till sju och har inget annat tecken på var ett kommando börjar: om en byte försvinner märker drivrutinen det på svaren, stoppar bilen och kommer i takt igen.",
     traffic_advice_frame:
       "Flera meddelanden med ; emellan går i en ram. Drivrutinen numrerar ramarna. Vad de sätter igång slutar efter två sekunder. Ingenting besvaras: en ram som försvinner är borta.",
+    traffic_filter: "Filter",
     traffic_direction: "Riktning",
     traffic_both: "Båda riktningarna",
     traffic_to_robot: "Till roboten",
@@ -133,7 +134,6 @@ export default {
     faults_none: "inga",
     faults_whole: "nej",
     faults_bytes: "i {count} B",
-    faults_of_a_thousand: "{count} ‰",
     faults_stall: "Håll tillbaka i {seconds} s",
     faults_stalled: "Hålls tillbaka: {seconds} s",
     faults_unplug: "Dra ur i {seconds} s",
