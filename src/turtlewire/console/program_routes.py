@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Header, Query, Response
 from pydantic import BaseModel, Field
@@ -17,11 +17,6 @@ from turtlewire.console.refusals import Refused
 from turtlewire.console.routes import ConsoleOf, DriverOf, StationOf  # noqa: TC001 (FastAPI looks at them)
 from turtlewire.console.runs import Program, Run
 from turtlewire.errors import DataError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from turtlewire.console.programs import Programs
 
 router = APIRouter(prefix="/api", tags=["programs"])
 
@@ -239,7 +234,7 @@ def preview(console: ConsoleOf, station: StationOf, program: Named) -> dict[str,
     """What a program would do on a robot like this one that stands where it stands; nothing moves."""
     try:
         return preview_there(
-            station.target, program.source, program.name, station.view.pose, _folder(console.programs)
+            station.target, program.source, program.name, station.view.pose, console.programs.folder
         )
     except (DataError, OSError) as error:
         raise Refused(422, "no_preview", str(error)) from error
@@ -353,7 +348,3 @@ def _standing(station: StationOf) -> Run:
     if run.state["paused"] is None:
         raise Refused(409, "not_paused", "the program does not stand before a line: pause it first")
     return run
-
-
-def _folder(kept: Programs) -> Path | None:
-    return kept.folder if kept.folder.is_dir() else None

@@ -76,8 +76,12 @@ def _restrict(job: Mapping[str, Any]) -> None:
         resource.setrlimit(which, (bound, bound))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a full file is an error, like any other
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.chdir("/")
     folder = job.get("folder")
-    os.chdir(folder if folder is not None else "/")
+    if folder is not None:
+        with contextlib.suppress(OSError):  # then its files cannot be opened
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            os.chdir(folder)
 
 
 class Interrupted(KeyboardInterrupt):

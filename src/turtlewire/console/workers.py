@@ -14,6 +14,8 @@ ENVIRONMENT = ("PATH", "PYTHONPATH", "LANG", "LC_ALL", "LC_CTYPE", "SYSTEMROOT",
 class Worker:
     """A process that waits for a job: see ``pipe``. Raises ``OSError`` when there can be none.
 
+    A mistake of ours in it is seen where the server's are: programs themselves cannot write there.
+
     Attributes:
         stdin, stdout: its ends of the pipe.
     """
@@ -24,7 +26,6 @@ class Worker:
             [sys.executable, "-P", "-m", "turtlewire.console.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
             env={name: os.environ[name] for name in ENVIRONMENT if name in os.environ},
             start_new_session=True,  # Ctrl-C at the terminal is the server's
         )
