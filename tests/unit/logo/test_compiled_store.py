@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-import marshal
 import random
 from typing import TYPE_CHECKING
 
 import pytest
 
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
+from turtlewire.logo.compiler.store import contents, packed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,13 +46,11 @@ def kept(folder: Path) -> Path:
 def test_what_is_kept_is_what_runs(tmp_path: Path) -> None:
     assert run(PROGRAM, tmp_path) == PRINTED
     file = kept(tmp_path)
-    content = file.read_bytes()[32:]
-    procedures = marshal.loads(content)
+    key, procedures = contents(file.read_bytes())
     assert set(procedures) == {"double", "all", "computed"}
     code = compile("def q_double(x_):\n    return x_ + 100\np_double = q_double", "<double>", "exec")
     procedures["double"] = (code, *procedures["double"][1:])
-    content = marshal.dumps(procedures)
-    file.write_bytes(hashlib.sha256(content).digest() + content)
+    file.write_bytes(packed(key, procedures))
     assert run(PROGRAM, tmp_path) == "101\n102\n103\none [two]\ndone\n104\n"
 
 
@@ -96,6 +93,16 @@ def test_what_cannot_be_read_is_made_again(tmp_path: Path, damage: bytes) -> Non
     assert run(PROGRAM, tmp_path) == PRINTED
 
 
+def test_the_file_of_another_program_is_not_used(tmp_path: Path) -> None:
+    """Names of files are short: two programs may have the same."""
+    run(PROGRAM, tmp_path)
+    file = kept(tmp_path)
+    key, entries = contents(file.read_bytes())
+    file.write_bytes(packed(key.replace("x * 2", "x * 3"), entries))
+    changed(tmp_path, "double", "def q_double(x_):\n    return 'another'\np_double = q_double")
+    assert run(PROGRAM, tmp_path) == PRINTED
+
+
 def test_a_folder_that_cannot_be_is_no_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     assert run(PROGRAM, tmp_path / "file" / "kept") == PRINTED
@@ -118,10 +125,9 @@ def test_old_files_are_removed(tmp_path: Path) -> None:
 def changed(folder: Path, name: str, source: str) -> None:
     """Put other code in the place of what is kept under a name."""
     file = kept(folder)
-    entries = marshal.loads(file.read_bytes()[32:])
+    key, entries = contents(file.read_bytes())
     entries[name] = (compile(source, f"<{name}>", "exec"), *entries[name][1:])
-    content = marshal.dumps(entries)
-    file.write_bytes(hashlib.sha256(content).digest() + content)
+    file.write_bytes(packed(key, entries))
 
 
 JUMPS = """\
@@ -161,7 +167,7 @@ def test_lines_with_loops_are_kept(tmp_path: Path) -> None:
     lines = 'make "x 3\nrepeat 2 [print [a]]\n  repeat :x [print first [b c]]\n'
     printed = "a\na\nb\nb\nb\n"
     assert run(lines, tmp_path) == run(lines, tmp_path) == printed
-    first, _ = marshal.loads(kept(tmp_path).read_bytes()[32:])
+    first, _ = contents(kept(tmp_path).read_bytes())[1]
     changed(tmp_path, first, "def line():\n    V['x'] = 1")
     assert run(lines, tmp_path) == "b\n"
     assert run(PROGRAM + lines, tmp_path) == PRINTED + printed

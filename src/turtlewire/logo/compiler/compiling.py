@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 from turtlewire.logo.calls import invoke
 from turtlewire.logo.compiler.fast import FAST
 from turtlewire.logo.compiler.faults import Record, innermost, translated
@@ -16,9 +14,11 @@ from turtlewire.logo.reader import Line
 from turtlewire.logo.syntax import Invocation
 from turtlewire.logo.values import show
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from types import CodeType, FrameType
+    from typing import Any
 
     from turtlewire.logo.compiler.sites import Site
     from turtlewire.logo.compiler.store import Kept, Store

@@ -6,8 +6,6 @@ refused an operation that was written out in place, the primitive itself is aske
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo import blame, errors
 from turtlewire.logo.calls import call_primitive
@@ -18,9 +16,11 @@ from turtlewire.logo.procedures import BadInputError
 from turtlewire.logo.syntax import Call, Invocation, Literal, Variable
 from turtlewire.logo.values import show, show_in_error
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import CodeType, FrameType, TracebackType
+    from typing import Any
 
     from turtlewire.logo.compiler.sites import Operand
     from turtlewire.logo.evaluator import Interpreter

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
 
 from turtlewire.logo.primitives import inputs
 from turtlewire.logo.primitives.predicates import ignores_case
@@ -22,8 +21,10 @@ from turtlewire.logo.values import (
     word,
 )
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from typing import Any
 
     from turtlewire.logo.compiler.faults import Record
     from turtlewire.logo.evaluator import Interpreter

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
 from turtlewire.logo.values import plain
+from turtlewire.named_tuple import NamedTuple
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from turtlewire.logo.procedures import UserProcedure
     from turtlewire.logo.syntax import Node
 

@@ -1,31 +1,27 @@
 """Compiled procedures, kept on disk: a program that is started again is not compiled again.
 
-A file holds what became of all procedures of one workspace, by the text of all of them: so whatever a compiled
+A file holds what became of all procedures of one workspace, and the text of all of them: so whatever a compiled
 procedure relies on is the same, or the file is another one. What cannot be read is as good as not there.
 """
 
 from __future__ import annotations
 
-import hashlib
 import marshal
 import os
 import sys
-from contextlib import suppress
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from zlib import crc32
 
+from turtlewire.named_tuple import NamedTuple
+
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from types import CodeType
+    from typing import Any
 
 FILES_KEPT = 200
-_DIGEST_BYTES = 32
-
-
-def _made_by() -> tuple[object, ...]:
-    """Which Python, and which compiler: code is for one version of each."""
-    files = sorted(Path(__file__).parent.parent.rglob("*.py"))
-    return (sys.version, *((each.name, each.stat().st_size, each.stat().st_mtime_ns) for each in files))
+SUFFIX = ".logo-code"
+_CHECK_BYTES = 4
 
 
 class Kept(NamedTuple):
@@ -56,31 +52,70 @@ class Store:
     """
 
     def __init__(self, folder: str) -> None:
-        self._folder = Path(folder)
+        self._folder = folder
 
     def load(self, texts: Iterable[str]) -> dict[str, Kept]:
         """What is kept of the procedures with these texts, all of them; empty when nothing is."""
-        with suppress(OSError, ValueError, EOFError, TypeError):
-            data = self._path(texts).read_bytes()
-            digest, content = data[:_DIGEST_BYTES], data[_DIGEST_BYTES:]
-            if hashlib.sha256(content).digest() == digest:
-                found: dict[str, tuple[Any, ...]] = marshal.loads(content)
-                return {name: Kept(*each) for name, each in found.items()}
-        return {}
+        key = _key(texts)
+        try:
+            with open(self._path(key), "rb") as file:
+                data = file.read()
+            found = contents(data)
+        except (OSError, ValueError, EOFError, TypeError):
+            return {}
+        # Two programs may have files of the same name, if rarely.
+        return {name: Kept(*each) for name, each in found[1].items()} if found[0] == key else {}
 
     def save(self, texts: Iterable[str], kept: dict[str, Kept]) -> None:
         """Keep what became of the procedures with these texts. A folder that cannot be written to is no error."""
-        content = marshal.dumps({name: tuple(each) for name, each in kept.items()})
-        path = self._path(texts)
-        new = path.with_suffix(f".{os.getpid()}")
-        with suppress(OSError):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            new.write_bytes(hashlib.sha256(content).digest() + content)
-            new.replace(path)  # in one step: another program may read it now
-            files = sorted(path.parent.glob("*.logo-code"), key=lambda each: each.stat().st_mtime_ns)
-            for old in files[:-FILES_KEPT]:
-                old.unlink(missing_ok=True)
+        key = _key(texts)
+        path = self._path(key)
+        new = f"{path}.{os.getpid()}"
+        try:
+            os.makedirs(self._folder, exist_ok=True)
+            with open(new, "wb") as file:
+                file.write(packed(key, {name: tuple(each) for name, each in kept.items()}))
+            os.replace(new, path)  # in one step: another program may read it now
+            with os.scandir(self._folder) as entries:
+                files = [
+                    (each.stat().st_mtime_ns, each.path) for each in entries if each.name.endswith(SUFFIX)
+                ]
+            for _, old in sorted(files)[:-FILES_KEPT]:
+                os.unlink(old)
+        except OSError:
+            return  # another program may have removed an old file, too
 
-    def _path(self, texts: Iterable[str]) -> Path:
-        key = repr((_made_by(), *texts))
-        return self._folder / f"{hashlib.sha256(key.encode(errors='surrogatepass')).hexdigest()}.logo-code"
+    def _path(self, key: str) -> str:
+        return f"{self._folder}/{crc32(key.encode()):08x}{SUFFIX}"
+
+
+def packed(key: str, entries: dict[str, tuple[Any, ...]]) -> bytes:
+    """What a file holds: that it is whole, what it is of, and what was made of that."""
+    content = marshal.dumps((key, entries))
+    return crc32(content).to_bytes(_CHECK_BYTES) + content
+
+
+def contents(data: bytes) -> tuple[str, dict[str, tuple[Any, ...]]]:
+    """What a file is of, and what was made of that.
+
+    Raises:
+        ValueError, EOFError, TypeError: it is no such file, or not whole.
+    """
+    content = data[_CHECK_BYTES:]
+    if crc32(content).to_bytes(_CHECK_BYTES) != data[:_CHECK_BYTES]:
+        raise ValueError("the file is not whole")
+    key, entries = marshal.loads(content)
+    return key, entries
+
+
+def _key(texts: Iterable[str]) -> str:
+    """What a file is of: these texts, and which Python and which Logo have made it: code is for one version of each."""
+    logo = os.path.dirname(os.path.dirname(__file__))
+    made_by: list[tuple[str, int, int]] = []
+    for folder in (logo, os.path.dirname(__file__), f"{logo}/primitives"):
+        with os.scandir(folder) as entries:
+            for each in entries:
+                if each.name.endswith(".py"):
+                    status = each.stat()
+                    made_by.append((each.name, status.st_size, status.st_mtime_ns))
+    return repr((sys.version, sorted(made_by), *texts))
