@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
-import secrets
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,6 +90,8 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
         raise UsageError("--key is the key of a certificate: name that by --certificate")
     berths = _berths(arguments)
     _need_extra()
+    import secrets
+
     from turtlewire.console.console import Console
     from turtlewire.console.gate import is_loopback
     from turtlewire.console.programs import Programs, default_folder
@@ -145,6 +145,8 @@ def _need_extra() -> None:
 
 def _log() -> None:
     """What happens, and what is refused, goes to standard error."""
+    import logging
+
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
     log = logging.getLogger("turtlewire")
