@@ -78,7 +78,7 @@ class Served:
         asyncio.get_running_loop().add_reader(self.car.near, self.car.attend)
         self.session: Session[Event] = Session(link, self.host, self.events.append, BYTE_S)
         self.session.start()
-        self.host._line._reply_s = 0.001  # get in step quickly
+        self.host._line._reply_s = 0.3  # get in step quickly, but in earnest where there is much else to do
         self.host.connect(link.now())
         await self.session.until(lambda: self.host.in_step)
         self.host._line._reply_s = 20.0

@@ -27,7 +27,7 @@ ROBOTS: dict[str, Callable[..., Any]] = {
     "frame": lambda **settings: SimulatedFrameRobot(FrameRobotSettings(**settings)),
 }
 # A machine with much to do may take longer for an answer than a robot does.
-PATIENT = {"walter": "&reply_timeout_s=20", "simple": "&reply_delay_s=0.15", "frame": ""}
+PATIENT = {"walter": "&reply_timeout_s=20", "simple": "&reply_delay_s=0.5", "frame": ""}
 
 
 class Port:
