@@ -85,12 +85,18 @@ class Console:
         )
         self._reader = threading.Thread(target=self._follow, daemon=True)
         self._reader.start()
-        self._wait(lambda: ADDRESS.search(self.said) is not None, "its address")
-        found = ADDRESS.search(self.said)
-        assert found is not None
-        self.url = found[1]
-        self.client = httpx.Client(base_url=self.url, timeout=DEADLINE_S, trust_env=False)
-        self._wait(lambda: all(robot["reached"] for robot in self.robots()), "its robots")
+        self.url = ""
+        self.client = httpx.Client(timeout=DEADLINE_S, trust_env=False)
+        try:
+            self._wait(lambda: ADDRESS.search(self.said) is not None, "its address")
+            found = ADDRESS.search(self.said)
+            assert found is not None
+            self.url = found[1]
+            self.client.base_url = httpx.URL(self.url)
+            self._wait(lambda: all(robot["reached"] for robot in self.robots()), "its robots")
+        except BaseException:
+            self.close()
+            raise
 
     def _follow(self) -> None:
         assert self.popen.stdout is not None
@@ -163,6 +169,7 @@ class Visitor:
 
     def __init__(self, context: BrowserContext, console: Console, *, is_phone: bool) -> None:
         self.console = console
+        self.way = console.url
         self.context = context
         self.is_phone = is_phone
         self.complaints: list[str] = []
@@ -181,12 +188,12 @@ class Visitor:
         address = urlsplit(request.url)
         if address.scheme in ("data", "blob"):
             return
-        if address.netloc != urlsplit(self.console.url).netloc:
+        if address.netloc != urlsplit(self.way).netloc:
             self.complaints.append(f"a request to another host: {request.url}")
 
     def open(self, robot: str = "walter") -> Visitor:
         """Go to the page, and wait until it shows a robot."""
-        self.page.goto(self.console.url)
+        self.page.goto(self.way)
         self.page.locator(".tw-wheel").wait_for()
         if self.page.locator(".tw-robot select").count():
             self.page.locator(".tw-robot select").select_option(robot)

@@ -11,6 +11,9 @@ export const DEAF_MS = 1000;
 // What is driven and turned at once is an arc, rather than a turn around one wheel.
 const ARC = 0.5;
 
+// Endings that say little.
+const VAGUE = new Set(["stopped", "ended"]);
+
 export class Grip {
   // api: see api.js; changed: called after every change, for the page to show it.
   constructor(api, changed = () => {}) {
@@ -62,7 +65,14 @@ export class Grip {
 
   // Whatever is held does not count any more; why: a code, or null where the person knows anyway.
   letGo(why = null) {
-    if (!this.isHeld) return;
+    if (!this.isHeld) {
+      // what ended it is told before why
+      if (why !== null && VAGUE.has(this.ended)) {
+        this.ended = why;
+        this.changed();
+      }
+      return;
+    }
     this.sources.clear();
     this.rest(why);
   }
