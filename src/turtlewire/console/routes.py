@@ -8,11 +8,11 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response, WebSoc
 
 from turtlewire.console import models, views
 from turtlewire.console.console import Console
-from turtlewire.console.path import MAX_POINTS
 from turtlewire.console.refusals import Refused
 from turtlewire.console.sessions import Session
 from turtlewire.console.station import Station
 from turtlewire.console.stream import Stream
+from turtlewire.helm.path import MAX_POINTS
 from turtlewire.helm.wishes import Action, Order
 
 if TYPE_CHECKING:

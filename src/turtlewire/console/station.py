@@ -9,7 +9,6 @@ import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from turtlewire.console.faulting import Faulting
-from turtlewire.console.path import Path
 from turtlewire.console.refusals import Refused
 from turtlewire.console.runs import Runs
 from turtlewire.console.sending import Sending
@@ -18,6 +17,7 @@ from turtlewire.console.traffic import Traffic
 from turtlewire.console.wheel import Wheel
 from turtlewire.errors import TurtlewireError
 from turtlewire.helm.helm import Helm
+from turtlewire.helm.path import Path
 from turtlewire.helm.sight import title
 from turtlewire.helm.view import View
 from turtlewire.helm.wishes import Action, Order, Wish
@@ -39,6 +39,8 @@ log = logging.getLogger("turtlewire.console")
 AGAIN_S = 3.0
 # How often to see whether it is still there.
 LOOK_S = 0.2
+# How often the robot is looked at.
+SHOW_S = 0.05
 UNREACHED = View(link="unreachable")
 CONNECTING = View(link="connecting")
 
@@ -87,7 +89,6 @@ class Station:
         self._grips = Grips()
         self._helm: Helm | None = None
         self._reaching: asyncio.Task[None] | None = None
-        self._jumped = 0
 
     # ------------------------------------------------------------------ reaching it
 
@@ -98,7 +99,14 @@ class Station:
     async def _keep_reaching(self) -> None:
         while True:
             target = self.target._replace(faults=None) if self.faulting.is_possible else self.target
-            helm = Helm(target, pace=self._pace, announce=self._announce, between=self._between)
+            helm = Helm(
+                target,
+                pace=self._pace,
+                announce=self._announce,
+                between=self._between,
+                path=self.path,
+                look_s=SHOW_S,
+            )
             try:
                 await self._reach(helm)
             except TurtlewireError as error:
@@ -115,7 +123,7 @@ class Station:
         try:
             await asyncio.to_thread(helm.connect)
             self.error = ""
-            self._helm, self._jumped = helm, helm.view.jumped
+            self._helm = helm
             log.info("%s: reached", self.name)
             while helm.failure is None:  # noqa: ASYNC110 (the helm lives in another thread)
                 await asyncio.sleep(LOOK_S)
@@ -183,13 +191,6 @@ class Station:
         before = self.wheel.driver
         self.wheel.tick(now)
         self._after_change(before)
-        view = self.view
-        if self.is_reached:
-            pose = view.pose
-            if view.jumped != self._jumped:
-                self._jumped = view.jumped
-                self.path.jump(pose.x_mm, pose.y_mm)
-            self.path.move(pose.x_mm, pose.y_mm, pen_down=view.pen_down is not False)
 
     # ------------------------------------------------------------------ driving
 
@@ -202,7 +203,7 @@ class Station:
             self.wheel.press(session.id, now)
         self.wheel.need(session.id, now)
         self._notice_refusal()
-        if not self._grips.hold(session.id, point.grip):
+        if not self._grips.hold(session.id, point.grip, now):
             raise Refused(409, "ended", "a stop or an error has ended this grip: let go, and press anew")
         self.sending.give_way()
         self.wheel.active(session.id, now)

@@ -53,7 +53,7 @@ class _Watched:
         self.refused: int | None = None
         self.generation = -1
         self.points = 0
-        self.path_end: tuple[int, int, float, float] | None = None
+        self.changes = -1
         self.told_s = self.heard_s = -math.inf
         self.line = station.traffic.count
 
@@ -282,16 +282,16 @@ class Stream:
     def _path(watched: _Watched) -> dict[str, Any] | None:
         """What is new of the path. Of a new generation only its name: the page fetches it."""
         path = watched.station.path
-        end = path.end
-        if end == watched.path_end:
+        changes = path.changes
+        if changes == watched.changes:
             return None
-        watched.path_end = end
-        generation, count, _, _ = end
-        if generation != watched.generation:
-            watched.generation, watched.points = generation, count
-            return {"generation": generation, "from": count, "points": []}
-        piece = path.since(max(0, watched.points - 1), MAX_POINTS)
-        watched.points = piece.start + len(piece.points)
-        if watched.points < count:
-            watched.path_end = None
+        if path.generation != watched.generation:
+            watched.generation, watched.points = path.generation, path.settled
+            return {"generation": path.generation, "from": watched.points, "points": []}
+        piece = path.since(watched.points, MAX_POINTS)
+        if len(piece.points) < MAX_POINTS:
+            watched.changes = changes
+            watched.points = max(watched.points, min(path.settled, piece.start + len(piece.points)))
+        else:
+            watched.points = piece.start + len(piece.points) - 1
         return {"generation": piece.generation, "from": piece.start, "points": piece.points}

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
+    from turtlewire.helm.path import Path
     from turtlewire.links.link import Link
     from turtlewire.trace import Obstacle
 
@@ -60,6 +61,8 @@ class Helm:
         pace: of a simulated one: seconds of its time for each second on the wall.
         announce: told where the robot has to be, for a new pty.
         between: given the link, in real time, returns the link to use instead.
+        path: where the robot goes is added to this.
+        look_s: how often what is to be seen is looked at, seconds.
 
     Attributes:
         view: what is to be seen of the robot, made anew again and again.
@@ -75,6 +78,8 @@ class Helm:
         pace: float,
         announce: Callable[[str], None],
         between: Callable[[Link], Link] = lambda link: link,
+        path: Path | None = None,
+        look_s: float = LOOK_S,
     ) -> None:
         self.title = title(target)
         self.view = View()
@@ -85,6 +90,8 @@ class Helm:
         self._pace = pace
         self._announce = announce
         self._between = between
+        self._path = path
+        self._look_s = look_s
         self._runner: ThreadRunner | None = None
         self._wish = Wish()
         self._orders: deque[Order] = deque()
@@ -181,7 +188,7 @@ class Helm:
         )
         self._robot = robot
         self._walter = robot if isinstance(robot, AsyncWalter) else None
-        self._sight = Sight(robot, ear, is_seen=self._target.is_simulated)
+        self._sight = Sight(robot, ear, is_seen=self._target.is_simulated, path=self._path)
         self.features, self.obstacles = robot.features, self._sight.obstacles
         self._carried_out: Wish | None = None
         self._is_driven = False
@@ -473,4 +480,4 @@ class Helm:
             if self.view.link == "closed" and self.failure is None:
                 self._checked_s = -math.inf  # which tells why
                 self._wake.set()
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(self._look_s)

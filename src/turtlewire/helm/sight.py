@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from turtlewire.configuration import Target
     from turtlewire.connect import AsyncRobot
+    from turtlewire.helm.path import Path
     from turtlewire.links.link import Link
     from turtlewire.trace import Obstacle
 
@@ -95,6 +96,7 @@ class Sight:
         robot: connected.
         ear: hears what passes on its wire.
         is_seen: it is a simulated one, whose true place can be seen.
+        path: where it goes is added to this; None: nobody wants to know.
 
     Attributes:
         obstacles: what stands around it, in the turtle's coordinates.
@@ -102,7 +104,7 @@ class Sight:
         is_told: whether the robot has told where it is since it stands.
     """
 
-    def __init__(self, robot: AsyncRobot, ear: Ear, *, is_seen: bool) -> None:
+    def __init__(self, robot: AsyncRobot, ear: Ear, *, is_seen: bool, path: Path | None = None) -> None:
         self._robot = robot
         self._messages = ear.messages
         self._is_seen = is_seen
@@ -111,11 +113,14 @@ class Sight:
         # The ground, from where the robot stood at first.
         self._frame = Frame(robot.trace.start if is_seen else robot.pose)
         self._speedometer = Speedometer()
-        self._jumps = 0
+        self._jumps = self._jumped = 0
         self._distance_mm = 0.0
         self._pose = self._frame.from_robot(robot.trace.pose) if is_seen else robot.pose
         self.obstacles = [self._from_ground(obstacle) for obstacle in robot.obstacles]
         self.lamp = self.horn = self.is_told = False
+        self._path = path
+        if path is not None:
+            path.begin(self._pose, robot.trace)
 
     @property
     def elapsed_s(self) -> float:
@@ -135,6 +140,8 @@ class Sight:
         self._distance_mm += self._pose.distance_to(pose.x_mm, pose.y_mm)
         self._pose = pose
         self._speedometer.at(pose, now)
+        if self._path is not None:
+            self._go_on(self._path)
         features = robot.features
         return View(
             time_s=now,
@@ -152,6 +159,17 @@ class Sight:
             notices=notices,
             jumped=self._jumps,
         )
+
+    def _go_on(self, path: Path) -> None:
+        """The path goes on to where the robot is. What a simulated one has drawn is seen, to the last point."""
+        robot = self._robot
+        if self._is_seen:
+            path.follow(robot.trace, self._frame.from_robot, self._pose)
+            return
+        if path.is_cleared(robot.trace):
+            path.clear()
+        has_jumped, self._jumped = self._jumps != self._jumped, self._jumps
+        path.move(self._pose, pen_down=robot.is_pen_down and not has_jumped)
 
     def _from_ground(self, obstacle: Obstacle) -> Obstacle:
         if len(obstacle) == 3:

@@ -142,15 +142,7 @@ class Body(ABC, Generic[S_co]):
     def trace(self) -> Trace:
         """What the pen has truly drawn on the ground up to now; a trace of its own while the robot moves."""
         undrawn = self._undrawn()
-        if not undrawn:
-            return self._trace
-        copy = Trace(self._trace.start)
-        copy.pose = self._trace.pose
-        strokes = self._trace.strokes
-        copy.strokes = [*strokes[:-1], *(s._replace(points=[*s.points]) for s in strokes[-1:])]
-        for pose in undrawn:
-            copy.move(pose, pen_down=self._inks)
-        return copy
+        return self._trace.extended(undrawn, pen_down=self._inks) if undrawn else self._trace
 
     @property
     def obstacles(self) -> Sequence[Wall | Disc]:

@@ -200,7 +200,8 @@ class SimulatedCar(RollingBody[CarSettings]):
         """A new sheet."""
         super().clear_trace()
         if self._followed is not None:
-            self._followed = Trace(self.pose)
+            self._followed.pose = self.pose
+            self._followed.clear()
 
     @property
     def _inks(self) -> bool:
