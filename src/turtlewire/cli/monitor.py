@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import queue
 import sys
 import threading
 import time
@@ -16,6 +15,7 @@ from turtlewire.errors import OutputError, TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     import argparse
+    import queue
     from collections.abc import Callable
 
     from turtlewire.capture import Record
@@ -214,6 +214,8 @@ class Follower:
     """
 
     def __init__(self, act: Callable[[Record], object], done: str, patience_s: float) -> None:
+        import queue
+
         self._act = act
         self._done = done
         self._patience_s = patience_s
@@ -271,6 +273,8 @@ class Follower:
     def _next(self) -> Record | None:
         if not isinstance(self._act, Printer):
             return self._records.get()
+        import queue
+
         while True:
             try:
                 return self._records.get(timeout=QUIET_S)
