@@ -66,6 +66,9 @@ class SetPoints:
 class Grips:
     """The grips on one robot, of all sessions, numbered. What a stop or an error has ended drives no more.
 
+    Nor does a grip that was not heard of for longer than a set-point lives: the robot has stopped meanwhile, and whether
+    anybody still means it, nobody knows.
+
     Attributes:
         number: of the newest grip, counted over all sessions; 0: there has been none.
     """
@@ -75,18 +78,22 @@ class Grips:
         self._newest: dict[int, int] = {}
         self._ended: dict[int, int] = {}
         self._holder: tuple[int, int] | None = None
+        self._held_until = -math.inf
 
     def is_new(self, session: int, grip: int) -> bool:
         """Whether it has not been heard of."""
         return grip > self._newest.get(session, -1)
 
-    def hold(self, session: int, grip: int) -> bool:
+    def hold(self, session: int, grip: int, now: float) -> bool:
         """This one is held now; False: it has ended before."""
+        if (session, grip) == self._holder and now > self._held_until:
+            self.end()
         if grip <= self._ended.get(session, -1):
             return False
         if (session, grip) != self._holder:
             self._holder = (session, grip)
             self.number += 1
+        self._held_until = now + LIFE_S
         self._newest[session] = max(grip, self._newest.get(session, -1))
         return True
 
