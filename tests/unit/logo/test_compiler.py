@@ -28,7 +28,7 @@ def test_a_procedure_becomes_a_function_that_can_be_read(session: Session) -> No
     session.run("to fib :n\nif :n < 2 [output :n]\noutput (fib :n - 1) + (fib :n - 2)\nend")
     assert python(session, "fib") == (
         "def q_fib(n_):\n    if n_ < 2:\n        return n_\n"
-        "    return (t1 := p_fib(n_ - 1)) - -(t2 := p_fib(n_ - 2))\np_fib = q_fib"
+        "    return (t1 := p_fib(n_ - 1)) + +(t2 := p_fib(n_ - 2))\np_fib = q_fib"
     )
 
 
@@ -37,7 +37,7 @@ def test_a_call_in_the_last_place_is_a_jump(session: Session) -> None:
     source = python(session, "add")
     assert source is not None
     assert "while True:" in source
-    assert "n_, sum_ = (n_ - 1, sum_ - -n_)" in source
+    assert "n_, sum_ = (n_ - 1, sum_ + +n_)" in source
 
 
 @pytest.mark.parametrize(

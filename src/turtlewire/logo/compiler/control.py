@@ -6,8 +6,10 @@ import ast
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
+from turtlewire.logo.compiler import structures
 from turtlewire.logo.compiler.emit import RefusedError, SlotNode, key_of
 from turtlewire.logo.compiler.facts import TEMPLATES, as_line, local_names
+from turtlewire.logo.compiler.kinds import NUMBER
 from turtlewire.logo.reader import Line
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node
 from turtlewire.logo.values import plain, to_text
@@ -176,7 +178,9 @@ def _watched(emitter: Emitter, times: Expr, loop: Stmt) -> list[Stmt]:
 
 def _moves(body: list[Stmt]) -> bool:
     return any(
-        isinstance(piece, ast.Name) and piece.id.startswith("m_") for stmt in body for piece in ast.walk(stmt)
+        isinstance(piece, ast.Call) and isinstance(piece.func, ast.Name) and piece.func.id.startswith("m_")
+        for stmt in body
+        for piece in ast.walk(stmt)
     )
 
 
@@ -239,7 +243,7 @@ def _for(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
 
 def _limit(emitter: Emitter, node: Call, limit: Node) -> Expr:
     value = emitter.value(limit, node.name)
-    if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
+    if emitter.kinds.of(limit) & NUMBER:
         return value
     return py.at(emitter.site(node), py.call("number", value))  # type: ignore[no-any-return]
 
@@ -421,7 +425,7 @@ COMMANDS: dict[str, Callable[[Emitter, Call, bool], None]] = {
     "make": _make, "name": _name, "local": _local, "localmake": _localmake, "repeat": _repeat, "forever": _forever,
     "while": _while(wanted=True, test_first=True), "until": _while(wanted=False, test_first=True),
     "do.while": _while(wanted=True, test_first=False), "do.until": _while(wanted=False, test_first=False),
-    "for": _for, "foreach": _foreach, "stop": _stop, "output": _output,
+    "for": _for, "setitem": structures.set_item, "foreach": _foreach, "stop": _stop, "output": _output,
 }  # fmt: skip
 OPERATIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
     "if": _choice, "ifelse": _choice, "run": _run_for_value, "thing": _thing, "repcount": _repcount, "#": _repcount,

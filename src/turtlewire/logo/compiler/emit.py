@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.facts import MOVING, RUNS, chapter_of, is_plain, literal_name
+from turtlewire.logo.compiler.kinds import Kinds
 from turtlewire.logo.compiler.sites import Operand, Site, identifier
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node, Variable
 from turtlewire.logo.values import Array
@@ -51,6 +52,7 @@ class Emitter:
         self.body: list[Stmt] = []
         self.names: dict[str, str] = {}  # variables in Python locals
         self.uncertain: set[str] = set()  # Python locals that may have no value yet
+        self.kinds = Kinds(survey)  # what kinds of numbers its variables hold
         self.slots: list[str] = []  # what ? stands for
         self.count = ""  # what REPCOUNT and # stand for
         self.asked_count = False
@@ -109,9 +111,11 @@ class Emitter:
             return value, Operand(node, "constant", value.value)
         if isinstance(value, ast.Name):
             return value, Operand(node, "local", value.id)
-        if isinstance(node, Variable):
-            return value, Operand(node, "dynamic", node.key)
-        name = self.temp()
+        if isinstance(value, ast.NamedExpr):
+            return value, Operand(node, "local", value.target.id)
+        name = (
+            self.temp()
+        )  # also for what other procedures see: it may be another's again when the error is told
         return py.walrus(name, value), Operand(node, "local", name)
 
     def values(self, nodes: Sequence[Node], wanted_by: str) -> list[Expr]:

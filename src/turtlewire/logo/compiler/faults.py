@@ -160,7 +160,7 @@ def _refused(logo: Interpreter, site: Site, frame: FrameType) -> LogoError | Non
     node = site.node
     if not isinstance(node, Call) or not site.operands:
         return None
-    values: list[Any] = [_found(logo, operand, frame) for operand in site.operands]
+    values: list[Any] = [_found(operand, frame) for operand in site.operands]
     for operand, value in zip(site.operands, values, strict=True):
         if value is None:
             name = operand.node.name if isinstance(operand.node, Call | Invocation) else str(operand.what)
@@ -172,9 +172,7 @@ def _refused(logo: Interpreter, site: Site, frame: FrameType) -> LogoError | Non
     return None
 
 
-def _found(logo: Interpreter, operand: Operand, frame: FrameType) -> Any:
+def _found(operand: Operand, frame: FrameType) -> Any:
     if operand.kind == "constant":
         return operand.what
-    if operand.kind == "local":
-        return frame.f_locals.get(operand.what, frame.f_globals.get(operand.what))
-    return logo.variables.get(operand.what)
+    return frame.f_locals.get(operand.what, frame.f_globals.get(operand.what))

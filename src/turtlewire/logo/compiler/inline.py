@@ -10,6 +10,8 @@ import ast
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
+from turtlewire.logo.compiler import structures
+from turtlewire.logo.compiler.kinds import NATURAL, NUMBER, WHOLE
 from turtlewire.logo.syntax import Call, Literal
 from turtlewire.logo.values import EXACT
 
@@ -25,8 +27,13 @@ def _is_number(value: Expr) -> bool:
     return isinstance(value, ast.Constant) and isinstance(value.value, int | float)
 
 
-def _is_small(value: Expr) -> bool:
+def _is_float(value: Expr) -> bool:
     return isinstance(value, ast.Constant) and isinstance(value.value, float)
+
+
+def _is(emitter: Emitter, kind: int, *nodes: Node) -> bool:
+    """Whether all of these are numbers of this kind."""
+    return all(emitter.kinds.of(each) & kind == kind for each in nodes)
 
 
 # ---------------------------------------------------------------- arithmetic
@@ -36,9 +43,9 @@ def _sum(emitter: Emitter, node: Call) -> Expr:
     if len(node.inputs) != 2:
         return _plain(emitter, node)
     (a, b), operands = emitter.operands(node)
-    # Words and lists can be added in Python, though not to a number: but not subtracted, nor made negative.
-    is_safe = _is_number(a) or _is_number(b)
-    made = py.binary(a, ast.Add(), b) if is_safe else py.binary(a, ast.Sub(), py.minus(b))
+    # Words and lists can be added in Python, though not to a number: but have no sign.
+    is_safe = any(_is(emitter, NUMBER, each) for each in node.inputs)
+    made = py.binary(a, ast.Add(), b) if is_safe else py.binary(a, ast.Add(), py.signed(b))
     return py.at(emitter.site(node, "", operands), made)  # type: ignore[no-any-return]
 
 
@@ -56,11 +63,13 @@ def _product(emitter: Emitter, node: Call) -> Expr:
     if len(node.inputs) != 2:
         return _plain(emitter, node)
     a, b = emitter.values(node.inputs, node.name)
-    if not emitter.is_certain(b):  # both are there before one is made negative
-        a, b = emitter.kept(a), emitter.kept(b, always=True)
+    are_numbers = _is(emitter, NUMBER, *node.inputs)
+    if not are_numbers and not emitter.is_certain(b):  # both are there before one is looked at
+        a, b = emitter.kept(a, always=True), emitter.kept(b, always=True)
     (a, first), (b, second) = emitter.operand(node.inputs[0], a), emitter.operand(node.inputs[1], b)
-    made = py.at(emitter.site(node, "", (first, second)), py.binary(py.minus(a), ast.Mult(), py.minus(b)))
-    if _is_small(a) or _is_small(b):
+    factors = (a, b) if are_numbers else (py.signed(a), py.signed(b))
+    made = py.at(emitter.site(node, "", (first, second)), py.binary(factors[0], ast.Mult(), factors[1]))
+    if _is_float(a) or _is_float(b) or _is(emitter, WHOLE, node):  # then it is not too large
         return made  # type: ignore[no-any-return]
     product, again = emitter.named(made)
     within = ast.Compare(py.const(-EXACT), [ast.LtE(), ast.LtE()], [product, py.const(EXACT)])
@@ -74,10 +83,15 @@ def _remainder(emitter: Emitter, node: Call) -> Expr:
     is_fast = isinstance(b, ast.Constant) and isinstance(b.value, int) and b.value > 0
     if not is_fast:
         return py.at(number, py.call(slow, py.name("logo"), a, b))  # type: ignore[no-any-return]
+    is_whole = _is(emitter, WHOLE, node.inputs[0])
+    # Its sign is that of the dividend, in Python of the divisor.
+    is_alike = node.primitive.name == "modulo" or _is(emitter, NATURAL, node.inputs[0])
+    if is_whole and is_alike:
+        return py.binary(a, ast.Mod(), b)
     first, again = emitter.named(a)
-    conditions = [py.has_type(first, "int")]
-    if node.primitive.name == "remainder":  # its sign is that of the dividend, in Python of the divisor
-        conditions.append(py.compare(again, ast.GtE(), py.const(0)))
+    conditions = [] if is_whole else [py.has_type(first, "int")]
+    if not is_alike:
+        conditions.append(py.compare(again if conditions else first, ast.GtE(), py.const(0)))
     condition = py.all_of(*conditions) if len(conditions) > 1 else conditions[0]
     otherwise = py.at(number, py.call(slow, py.name("logo"), again, b))
     return py.either(condition, py.binary(again, ast.Mod(), b), otherwise)
@@ -89,49 +103,6 @@ def _plain(emitter: Emitter, node: Call) -> Expr:
     return py.at(emitter.site(node), py.call(name, py.name("logo"), inputs))  # type: ignore[no-any-return]
 
 
-# ---------------------------------------------------------------- lists
-
-
-def _first(emitter: Emitter, node: Call) -> Expr:
-    return _part(emitter, node, 0)
-
-
-def _butfirst(emitter: Emitter, node: Call) -> Expr:
-    return _part(emitter, node, 1)
-
-
-def _part(emitter: Emitter, node: Call, part: int) -> Expr:
-    (value,), operands = emitter.operands(node)
-    first, again = (
-        (value, py.name(value.target.id)) if isinstance(value, ast.NamedExpr) else emitter.named(value)
-    )
-    number = emitter.site(node, "", operands)
-    slow = emitter.namer.primitive(node.primitive, moves=False)
-    if isinstance(value, ast.Constant):
-        return py.at(number, py.call(slow, py.name("logo"), value))  # type: ignore[no-any-return]
-    fast = py.at(number, py.index(again, py.const(part)))
-    otherwise = py.at(number, py.call(slow, py.name("logo"), again))
-    return py.either(py.has_type(first, "list"), fast, otherwise)
-
-
-def _fput(emitter: Emitter, node: Call) -> Expr:
-    thing, onto = emitter.values(node.inputs, node.name)
-    if not isinstance(thing, ast.Constant | ast.Name):
-        thing = emitter.kept(thing)  # evaluated before the list is looked at
-    first, again = emitter.named(onto)
-    number = emitter.site(node)
-    slow = emitter.namer.primitive(node.primitive, moves=False)
-    otherwise = py.at(number, py.call(slow, py.name("logo"), thing, again))
-    return py.either(py.has_type(first, "list"), ast.List([thing, again], py.LOAD), otherwise)
-
-
-def _list(emitter: Emitter, node: Call) -> Expr:
-    made = py.name("NIL")
-    for value in reversed(emitter.values(node.inputs, node.name)):
-        made = ast.List([value, made], py.LOAD)
-    return made
-
-
 # ---------------------------------------------------------------- conditions
 
 
@@ -139,10 +110,9 @@ def _comparison(operator: type[ast.cmpop]) -> Callable[[Emitter, Call], Expr]:
     def emit(emitter: Emitter, node: Call) -> Expr:
         (a, b), operands = emitter.operands(node)
         number = emitter.site(node, "", operands)
-        if _is_number(a) or _is_number(b):
-            return py.at(number, py.compare(a, operator(), b))  # type: ignore[no-any-return]
-        # words and lists can be compared in Python, but not subtracted
-        return py.compare(py.at(number, py.binary(a, ast.Sub(), b)), operator(), py.const(0))
+        if not any(_is(emitter, NUMBER, each) for each in node.inputs):
+            b = py.signed(b)  # words and lists can be compared in Python, but not with a number
+        return py.at(number, py.compare(a, operator(), b))  # type: ignore[no-any-return]
 
     return emit
 
@@ -151,8 +121,10 @@ def _equal(emitter: Emitter, node: Call) -> Expr:
     a, b = emitter.values(node.inputs, node.name)
     if _is_number(a) or _is_number(b):
         return py.compare(a, ast.Eq(), b)
-    if isinstance(b, ast.Constant):
-        return py.call("same", a, b)
+    if isinstance(a, ast.Constant) and isinstance(a.value, str):
+        a, b = b, a
+    if isinstance(b, ast.Constant) and isinstance(b.value, str):
+        return structures.same_word(*emitter.named(a), b.value)
     if not isinstance(b, ast.Name):
         return py.call("same", a, b)
     first, again = emitter.named(a)
@@ -250,11 +222,13 @@ def _predicate(emitter: Emitter, node: Call) -> Expr:
 
 OPERATIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
     "sum": _sum, "+": _sum, "difference": _difference, "minus": _minus, "product": _product, "*": _product,
-    "remainder": _remainder, "modulo": _remainder, "first": _first, "butfirst": _butfirst, "fput": _fput, "list": _list,
+    "remainder": _remainder, "modulo": _remainder, "first": structures.first, "butfirst": structures.butfirst,
+    "last": structures.last, "fput": structures.fput, "list": structures.list_of, "word": structures.joined,
+    "char": structures.char, "ascii": structures.ascii_of, "item": structures.item,
 }  # fmt: skip
 CONDITIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
     "lessp": _comparison(ast.Lt), "greaterp": _comparison(ast.Gt), "lessequalp": _comparison(ast.LtE),
     "greaterequalp": _comparison(ast.GtE), "equalp": _equal, "notequalp": _not_equal, "emptyp": _empty,
     "listp": _of_type("LISTS"), "wordp": _of_type("WORDS"), "numberp": _of_type("NUMBERS"), "not": _not, "and": _and,
-    "or": _or, "memberp": _predicate, "beforep": _predicate, "substringp": _predicate,
+    "or": _or, "memberp": structures.member, "beforep": _predicate, "substringp": _predicate,
 }  # fmt: skip

@@ -60,6 +60,13 @@ def minus(value: Expr) -> Expr:
     return ast.UnaryOp(ast.USub(), value)
 
 
+def signed(value: Expr) -> Expr:
+    """``+value``: a number itself; of anything else, Python refuses it. Of a constant, the constant."""
+    if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
+        return value
+    return ast.UnaryOp(ast.UAdd(), value)
+
+
 def binary(left: Expr, operator: ast.operator, right: Expr) -> Expr:
     """``left operator right``."""
     return ast.BinOp(left, operator, right)

@@ -11,6 +11,7 @@ from turtlewire.logo.procedures import BadInputError, Output, Stop
 from turtlewire.logo.values import (
     NIL,
     VALUE_TYPES,
+    Array,
     Number,
     SpelledNumber,
     Value,
@@ -33,6 +34,22 @@ CAN_BE_EMPTY = frozenset((str, list))
 LISTS = frozenset((list,))
 NUMBERS = frozenset((int, float, SpelledNumber))
 WORDS = NUMBERS | {str}
+BEGIN_NUMBERS = frozenset("0123456789.-")
+_SPELLED_ALIKE = 10**15  # whole numbers below are spelled as Python spells them
+
+
+# What letters ASCII is quickly told of.
+CODES = {chr(code): code for code in range(33, 127)}
+
+
+class _Letters(dict[str, Value]):
+    """Letters as words: digits are numbers."""
+
+    def __missing__(self, letter: str) -> str:
+        return letter
+
+
+LETTERS = _Letters({str(digit): digit for digit in range(10)})
 
 
 class SilentError(Exception):
@@ -111,6 +128,15 @@ def backwards(value: Value) -> list[Value]:
     return members
 
 
+def joined(a: Value, b: Value) -> Value:
+    """WORD of two words."""
+    if type(b) is int and -_SPELLED_ALIKE < b < _SPELLED_ALIKE:
+        b = str(b)
+    if type(a) is str and type(b) is str:
+        return a + b if a and a[0] not in BEGIN_NUMBERS else word(a + b)
+    return word(inputs.text(a) + inputs.text(b))
+
+
 def direction(start: Number, end: Number) -> int:
     """Which way a FOR counts that does not say so."""
     return 1 if end >= start else -1
@@ -158,10 +184,14 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
 
     def same(a: Value, b: Value) -> bool:
         kind = type(a)
-        if kind is str and type(b) is str and a == b:
-            return True
-        if kind is int and type(b) is int:
-            return a == b
+        if kind is type(b):
+            if kind is str:
+                if a == b:
+                    return True
+                if len(a) != len(b) and a.isascii() and b.isascii():  # type: ignore[arg-type,union-attr]
+                    return False
+            elif kind is int:
+                return a == b
         return equal(a, b, ignore_case=ignores_case(logo))
 
     def truth(value: Any) -> bool:
@@ -192,7 +222,10 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
         "logo": logo,
         "V": logo.variables,
         "NIL": NIL,
+        "Array": Array,
         "CAN_BE_EMPTY": CAN_BE_EMPTY,
+        "CODES": CODES,
+        "LETTERS": LETTERS,
         "LISTS": LISTS,
         "NUMBERS": NUMBERS,
         "WORDS": WORDS,
@@ -208,6 +241,7 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
         "finished": finished,
         "each_of": each_of,
         "backwards": backwards,
+        "joined": joined,
         "like": like,
         "direction": direction,
         "numbers": numbers,

@@ -21,7 +21,7 @@ LOOPS = frozenset((
 class Operand(NamedTuple):
     """Where an input of an operation is found again when the operation has failed.
 
-    ``kind``: ``constant`` (what it is), ``local`` (the Python variable) or ``dynamic`` (the Logo variable).
+    ``kind``: ``constant`` (what it is) or ``local`` (the Python variable).
     """
 
     node: Node

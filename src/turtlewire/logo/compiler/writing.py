@@ -10,6 +10,7 @@ from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, is_simple
 from turtlewire.logo.compiler.ending import ProcedureEnding
 from turtlewire.logo.compiler.facts import Survey, local_names
+from turtlewire.logo.compiler.kinds import Kinds
 from turtlewire.logo.compiler.sites import LOOPS, identifier, primitive_name
 from turtlewire.logo.compiler.store import Kept
 from turtlewire.logo.syntax import Call
@@ -194,6 +195,9 @@ class Writer(Namer):
                 hidden.append(key)
         emitter.binds_dynamically = bool(hidden)
         self._bind_locals(emitter, procedure, may_be_local)
+        emitter.kinds = Kinds(
+            survey, nodes, set(emitter.names).difference(procedure.inputs), facts.free.union(procedure.inputs)
+        )
         if nodes:
             emitter.site(nodes[0])  # where it is when it is nowhere in particular
         body = emitter.within(lambda: self._body(emitter, procedure, nodes))
