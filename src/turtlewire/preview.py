@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from turtlewire.configuration import PROTOCOLS
 from turtlewire.deviation import Followed
 from turtlewire.errors import LimitReachedError, TurtlewireError
 from turtlewire.logo import Interpreter, Position
 from turtlewire.logo.keyboard import Keyboard
 from turtlewire.logo.streams import Streams
+from turtlewire.logo.turtles import LimitsReachedError
 from turtlewire.robots.frame import Frame
 from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from turtlewire.configuration import Target
     from turtlewire.connect import Robot
     from turtlewire.simulator.world import World
     from turtlewire.trace import Stroke
+    from turtlewire.turtle import Turtle
 
 # A program that goes on for longer than this, in seconds of the robot's time, is not looked at to its end.
 LONGEST_S = 7200.0
@@ -114,53 +118,113 @@ def preview(
 
     Raises ``UsageError`` or ``DataError`` for a target or an arena that means nothing.
     """
-    from turtlewire.connect import connect
-    from turtlewire.simulated import simulated
+    (found,) = preview_all(
+        {target.protocol: target},
+        source,
+        name,
+        seed=seed,
+        step_mm=step_mm,
+        arena=arena,
+        start=start,
+        files=files,
+    ).values()
+    return found
 
-    like = twin(target, seed, arena)
-    body = simulated(like).robot.settings
-    world: World = body.world
-    radius_mm: float = body.radius_mm
-    if start != HOME:
-        ground = Frame(body.first_pose).to_robot(start)
-        like = like._replace(simulation={**like.simulation, "start": ",".join(map(repr, ground))})
+
+def preview_all(
+    targets: Mapping[str, Target],
+    source: str,
+    name: str,
+    *,
+    seed: int = 0,
+    step_mm: float = 1.0,
+    arena: str | None = None,
+    start: Pose = HOME,
+    files: Callable[[Interpreter], Streams] = Streams,
+) -> dict[str, Preview]:
+    """``preview`` of a program for several robots, by the names that it knows them by; each is in an arena of its own.
+
+    How the program ends is the same for all. One that is alone, and called by its protocol, is Logo's ``turtle``.
+    """
+    from turtlewire.connect import connect
+
     chance = _Chance(seed)
-    with connect(like, notify=lambda _text: None) as robot:
-        began_s = robot.statistics.seconds
-        watched = _Watched(robot, Frame.matching(start, HOME), world, radius_mm)
-        logo = Interpreter(watched, lambda _text: None, chance, step_mm)
+    with ExitStack() as opened:
+        watched: dict[str, _Watched] = {}
+        began_s: dict[str, float] = {}
+        for number, (each, target) in enumerate(targets.items()):
+            like, world, radius_mm = _stand_in(target, seed + number, arena, start)
+            robot = opened.enter_context(connect(like, notify=lambda _text: None))
+            began_s[each] = robot.statistics.seconds
+            watched[each] = _Watched(robot, Frame.matching(start, HOME), world, radius_mm)
+        turtles: Turtle | Mapping[str, Turtle] = watched
+        if len(watched) == 1 and each in PROTOCOLS:
+            turtles = watched[each]
+        logo = Interpreter(turtles, lambda _text: None, chance, step_mm)
         logo.streams = files(logo)
         keyboard = logo.streams.keyboard = _NoKeyboard()
-        watched.position = lambda: logo.position
+        logo.ask = keyboard.go_on
+        for one in watched.values():
+            one.position = lambda: logo.position
         error: TurtlewireError | None = None
         is_whole = True
         try:
             logo.run(source, name)
-            robot.finish()
+            for one in watched.values():
+                one.finish()
         except TooLongError:
             is_whole = False
         except TurtlewireError as caught:
             error = caught
             if isinstance(caught, LimitReachedError):
-                place = Frame.matching(start, HOME).from_robot(Pose(caught.x_mm, caught.y_mm))
-                watched.touched(place.x_mm, place.y_mm)
-        seconds = robot.statistics.seconds - began_s
-        robot.stop()
-    asked = {CHANCE: chance.was_asked, SENSORS: watched.asks_sensors, KEYBOARD: keyboard.was_asked}
-    return Preview(
-        watched.way,
-        watched.drawing,
-        watched.path_mm,
-        watched.pen_down_mm,
-        seconds,
-        is_whole,
-        not world.is_empty,
-        watched.touch,
-        tuple(reason for reason, has in asked.items() if has),
-        error,
-        (getattr(error, "position", None) or logo.position) if error is not None else None,
-        watched.ideal.strokes,
-    )
+                _note_touch(caught, [*watched.values()], Frame.matching(start, HOME))
+        seconds = {each: one.seconds - began_s[each] for each, one in watched.items()}
+        for one in watched.values():
+            one.stop_here()
+    position = (getattr(error, "position", None) or logo.position) if error is not None else None
+    found: dict[str, Preview] = {}
+    for each, one in watched.items():
+        asked = {CHANCE: chance.was_asked, SENSORS: one.asks_sensors, KEYBOARD: keyboard.was_asked}
+        found[each] = Preview(
+            one.way,
+            one.drawing,
+            one.path_mm,
+            one.pen_down_mm,
+            seconds[each],
+            is_whole,
+            one.has_arena,
+            one.touch,
+            tuple(reason for reason, has in asked.items() if has),
+            error,
+            position,
+            one.ideal.strokes,
+        )
+    return found
+
+
+def _stand_in(target: Target, seed: int, arena: str | None, start: Pose) -> tuple[Target, World, float]:
+    """A simulated robot like the target where that stands, what is around it, and its radius in millimetres."""
+    from turtlewire.simulated import simulated
+
+    like = twin(target, seed, arena)
+    body = simulated(like).robot.settings
+    if start != HOME:
+        ground = Frame(body.first_pose).to_robot(start)
+        like = like._replace(simulation={**like.simulation, "start": ",".join(map(repr, ground))})
+    return like, body.world, body.radius_mm
+
+
+def _note_touch(limit: LimitReachedError, watched: Sequence[_Watched], frame: Frame) -> None:
+    """A limit sensor has ended the program, where it is known whose that was."""
+    reached: Sequence[tuple[Turtle, LimitReachedError]] = ()
+    if isinstance(limit, LimitsReachedError):
+        reached = limit.reached
+    elif len(watched) == 1:
+        reached = [(watched[0], limit)]
+    for turtle, each in reached:
+        if isinstance(turtle, _Watched):
+            place = frame.from_robot(Pose(each.x_mm, each.y_mm))
+            turtle.touched(place.x_mm, place.y_mm)
 
 
 def twin(target: Target, seed: int = 0, arena: str | None = None) -> Target:
@@ -219,6 +283,11 @@ class _NoKeyboard(Keyboard):
         self.was_asked = True
         return False
 
+    def go_on(self, _prompt: str) -> str:
+        """What somebody would type at a PAUSE, or before a line of STEP."""
+        self.was_asked = True
+        return "continue"
+
 
 class _Placed(Followed):
     """A turtle that is elsewhere than the robot believes, which takes the place where it stands for its home."""
@@ -272,6 +341,20 @@ class _Watched(Followed):
         """ONLIMIT."""
         self.asks_sensors = self.asks_sensors or on
         super().set_step_by_step(on)
+
+    @property
+    def has_arena(self) -> bool:
+        """Whether it is known what stands around the robot."""
+        return not self._world.is_empty
+
+    @property
+    def seconds(self) -> float:
+        """The robot's time."""
+        return self._robot.statistics.seconds
+
+    def stop_here(self) -> None:
+        """The program has ended, and with it the way."""
+        self._robot.stop()
 
     def touched(self, x_mm: float, y_mm: float) -> None:
         """The robot has met a wall there; the first one counts."""

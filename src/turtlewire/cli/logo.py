@@ -20,6 +20,8 @@ examples:
       a prompt, with a turtle on paper; BYE or Ctrl-D leaves, Ctrl-C stops what runs
   turtlewire logo --robot elsie
       the same with a robot, which Ctrl-C stops, too
+  turtlewire logo --robot elsie --port rosa=sim:simple
+      with two robots: TELL "ROSA FD 50, TELL [ELSIE ROSA] RT 90
   turtlewire logo --picture rose.svg --animate rose.logo 5 80
       a script: :COMMANDLINE is [5 80]; the picture is drawn before one's eyes
   turtlewire logo --check rose.logo tree.logo
@@ -65,7 +67,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "--step-mm", type=options.positive, default=1.0, metavar="MM", help="length of a Logo step (1)"
     )
-    options.add_target(parser, options.PORTS + "; for the prompt")
+    options.add_targets(parser, options.PORTS + "; for the prompt")
     parser.set_defaults(execute=execute)
 
 
@@ -120,7 +122,7 @@ def _pictures(arguments: argparse.Namespace) -> list[Path]:
 
 
 def _refuse_robot(arguments: argparse.Namespace) -> None:
-    if arguments.robot is not None or arguments.port is not None or arguments.set:
+    if arguments.robots or arguments.set:
         raise UsageError(
             "a robot is for the prompt here, which needs a terminal: `turtlewire run` runs programs on robots"
         )

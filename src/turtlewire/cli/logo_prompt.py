@@ -1,4 +1,4 @@
-"""``turtlewire logo`` on a terminal: one instruction after the other. Ctrl-C stops the robot, and what runs."""
+"""``turtlewire logo`` on a terminal: one instruction after the other. Ctrl-C stops the robots, and what runs."""
 
 from __future__ import annotations
 
@@ -6,58 +6,64 @@ import contextlib
 import sys
 
 from turtlewire.cli import options, output
+from turtlewire.cli.connected import Connected, as_turtles, save_picture
 from turtlewire.cli.signals import Interrupted
-from turtlewire.errors import LinkClosedError, TurtlewireError
+from turtlewire.errors import TurtlewireError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Mapping
     from pathlib import Path
     from typing import NoReturn
 
     from turtlewire.cli.signals import Signals
     from turtlewire.configuration import Target
-    from turtlewire.connect import Robot
     from turtlewire.logo import Interpreter
+    from turtlewire.turtle import Turtle
 
-GREETING = "Logo with a {}. BYE or Ctrl-D leaves, Ctrl-C stops."
+GREETING = "Logo with {}. BYE or Ctrl-D leaves, Ctrl-C stops."
 
 
 def execute(arguments: argparse.Namespace, pictures: list[Path], signals: Signals) -> int:
-    """Ask and do until somebody leaves. Whatever happens, the robot is stopped and the pictures are written."""
+    """Ask and do until somebody leaves. Whatever happens, the robots are stopped and the pictures are written."""
     from turtlewire.cli.logo_script import interpreter, save_pictures
     from turtlewire.logo import ScreenTurtle
 
-    target = options.target(arguments)
-    robot = _connected(target) if target is not None else None
-    turtle = robot or ScreenTurtle()
+    targets = options.targets(arguments)
+    robots = _connected(targets)
+    turtle: Turtle | Mapping[str, Turtle] = (
+        as_turtles(robots.robots) if robots is not None else ScreenTurtle()
+    )
     try:
         # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
         try:
             logo = interpreter(turtle, [], arguments.seed, arguments.step_mm)
-            _Prompt(logo, robot, signals).greet(target).go()
+            _Prompt(logo, robots, signals).greet(targets).go()
         finally:
             signals.hold()
     finally:
         try:
-            if robot is not None:
-                robot.close(finish=False)
+            if robots is not None:
+                robots.close()
         finally:
-            save_pictures(turtle, pictures, "Logo", moves=arguments.animate)
+            if robots is not None:
+                for path in pictures:
+                    save_picture([*robots.robots.values()], path, "Logo", moves=arguments.animate)
+            elif isinstance(turtle, ScreenTurtle):
+                save_pictures(turtle, pictures, "Logo", moves=arguments.animate)
     return 0
 
 
-def _connected(target: Target) -> Robot:
-    from turtlewire.connect import connect
+def _connected(targets: Mapping[str, Target]) -> Connected | None:
+    """The robots, if any is wanted."""
+    if not targets:
+        return None
 
-    try:
-        robot: Robot = connect(
-            target, notify=lambda text: output.tell(f"turtlewire: {text}"), announce=_announce
-        )
-    except LinkClosedError as error:
-        options.explain_refusal(error, target.port)
-        raise
-    return robot
+    def notify(name: str, text: str) -> None:
+        output.tell(f"turtlewire: {text}" if len(targets) == 1 else f"turtlewire: {name}: {text}")
+
+    return Connected(targets, notify, _announce)
 
 
 def _announce(path: str) -> None:
@@ -77,16 +83,16 @@ class _Prompt:
 
     Args:
         logo: what does it.
-        robot: what it is done with; None: a turtle on paper.
+        robots: what it is done with; None: a turtle on paper.
         signals: those of this process.
     """
 
-    def __init__(self, logo: Interpreter, robot: Robot | None, signals: Signals) -> None:
+    def __init__(self, logo: Interpreter, robots: Connected | None, signals: Signals) -> None:
         from turtlewire.logo.procedures import Primitive
         from turtlewire.prompt.editor import Editor
 
         self._logo = logo
-        self._robot = robot
+        self._robots = robots
         self._signals = signals
         self._editor = Editor(logo.procedures, logo.variables)
         self._line_is_open = False
@@ -95,9 +101,15 @@ class _Prompt:
         bye = logo.procedures["bye"] = Primitive("bye", 0, 0, 0)
         bye.function = _bye
 
-    def greet(self, target: Target | None) -> _Prompt:
+    def greet(self, targets: Mapping[str, Target]) -> _Prompt:
         """Say what this is."""
-        output.write(GREETING.format("turtle on paper" if target is None else f"robot: {target.name}") + "\n")
+        if not targets:
+            what = "a turtle on paper"
+        elif len(targets) == 1:
+            what = f"a robot: {next(iter(targets.values())).name}"
+        else:
+            what = f"{len(targets)} robots: {', '.join(targets)}"
+        output.write(GREETING.format(what) + "\n")
         return self
 
     def go(self) -> None:
@@ -128,7 +140,7 @@ class _Prompt:
         return True
 
     def _come_back(self, interrupted: Interrupted) -> None:
-        """After Ctrl-C: stop the robot, undisturbed. Raises ``Interrupted`` for any other signal."""
+        """After Ctrl-C: stop the robots, undisturbed. Raises ``Interrupted`` for any other signal."""
         self._signals.hold()
         if str(interrupted) != "SIGINT":
             raise interrupted
@@ -171,18 +183,21 @@ class _Prompt:
             raise Interrupted("SIGINT") from None
 
     def _carry_out(self, text: str) -> None:
-        """Run it, and let the robot end its motion: what goes wrong there belongs to this instruction."""
+        """Run it, and let the robots end their motion: what goes wrong there belongs to this instruction."""
         from turtlewire.logo import LogoError
         from turtlewire.prompt import marking
 
-        robot = self._robot
+        robots = self._robots.robots if self._robots is not None else {}
         try:
-            if robot is not None and robot.link_state == "stopped":
-                robot.resume()
-                output.tell("turtlewire: the link is back; the robot goes on from where it was stopped")
+            for name, robot in robots.items():
+                if robot.link_state == "stopped":
+                    robot.resume()
+                    which = "the robot" if len(robots) == 1 else name
+                    output.tell(f"turtlewire: the link is back; {which} goes on from where it was stopped")
             self._logo.run(text, marking.INPUT, keeps_files=True)
-            if robot is None or robot.link_state == "connected":
-                self._logo.turtle.finish()
+            for robot in robots.values():
+                if robot.link_state == "connected":
+                    robot.finish()
         except LogoError as error:
             self._stop()
             self._end_line()
@@ -193,14 +208,15 @@ class _Prompt:
             output.tell("\n".join([f"turtlewire: {error}", *getattr(error, "__notes__", [])]))
 
     def _stop(self) -> None:
-        """Stop the robot, if there is one, and learn where it stands.
+        """Stop the robots, if there are any, and learn where they stand.
 
-        If it cannot be reached, the driver says so, and stops it when it is.
+        Of one that cannot be reached its driver says so, and stops it when it is.
         """
-        if self._robot is not None:
-            with contextlib.suppress(TurtlewireError):
-                self._robot.stop()
-                self._robot.finish()
+        if self._robots is not None:
+            self._robots.stop()
+            for robot in self._robots.robots.values():
+                with contextlib.suppress(TurtlewireError):
+                    robot.finish()
 
     def _write(self, text: str) -> None:
         if text:

@@ -7,11 +7,10 @@ from turtlewire.cli.signals import Interrupted
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
     from random import Random
 
-    from turtlewire.connect import Robot
     from turtlewire.logo import Interpreter, ScreenTurtle
     from turtlewire.turtle import Turtle
 
@@ -50,7 +49,9 @@ def run(
     return 0
 
 
-def interpreter(turtle: Turtle, command_line: list[str], seed: int | None, step_mm: float) -> Interpreter:
+def interpreter(
+    turtle: Turtle | Mapping[str, Turtle], command_line: list[str], seed: int | None, step_mm: float
+) -> Interpreter:
     """What runs Logo."""
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.values import make_list, word
@@ -65,7 +66,7 @@ def interpreter(turtle: Turtle, command_line: list[str], seed: int | None, step_
     return logo
 
 
-def save_pictures(turtle: ScreenTurtle | Robot, pictures: Sequence[Path], title: str, *, moves: bool) -> None:
+def save_pictures(turtle: ScreenTurtle, pictures: Sequence[Path], title: str, *, moves: bool) -> None:
     """Write what was drawn. Raises ``OutputError``."""
     if not pictures:
         return
@@ -73,6 +74,4 @@ def save_pictures(turtle: ScreenTurtle | Robot, pictures: Sequence[Path], title:
 
     for path in pictures:
         moving = moves and picture.format_of(path) == ".svg"
-        picture.save(
-            turtle.trace, path, title=title, obstacles=getattr(turtle, "obstacles", ()), moves=moving
-        )
+        picture.save(turtle.trace, path, title=title, moves=moving)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from turtlewire.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from turtlewire.configuration import Target
     from turtlewire.errors import LinkClosedError
 
@@ -76,6 +78,105 @@ def add_target(parser: argparse.ArgumentParser, port_help: str) -> None:
         metavar="NAME=VALUE",
         help="a setting of the robot, as often as wanted; what there is, a wrong one says",
     )
+
+
+class _AddRobot(argparse.Action):
+    """Keeps ``--robot`` and ``--port`` in the order in which they stand: the first robot is the one that is told."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        del parser, option_string
+        namespace.robots = [*namespace.robots, (self.metavar, values)]
+
+
+def add_targets(parser: argparse.ArgumentParser, port_help: str) -> None:
+    """``--robot`` and ``--port``, as often as wanted, and ``--set``: which robots, and how to drive them."""
+    again = "; as often as wanted"
+    parser.set_defaults(robots=[])
+    parser.add_argument("--robot", dest="robots", action=_AddRobot, metavar="NAME", help=ROBOT + again)
+    parser.add_argument(
+        "--port",
+        dest="robots",
+        action=_AddRobot,
+        metavar="URL",
+        help=port_help + "; NAME=URL gives it a name" + again,
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a setting of the robots, as often as wanted; what there is, a wrong one says; ROBOT:NAME=VALUE for one",
+    )
+
+
+def targets(arguments: argparse.Namespace) -> dict[str, Target]:
+    """The robots that these options mean, by the names that programs know them by; none if no option says.
+
+    A robot is called as in ``robots.toml`` or as ``NAME=URL`` says; another one by its protocol, and by a number if
+    there are several of that. One protocol and one port without a name are one robot.
+
+    Raises ``UsageError`` or ``DataError``.
+    """
+    from turtlewire import configuration
+
+    given: list[tuple[str, str]] = arguments.robots
+    named: list[tuple[str, argparse.Namespace]] = []
+    for kind, value in given:
+        name, equals, url = value.partition("=") if kind == "URL" else ("", "", value)
+        if not (equals and configuration.NAME.fullmatch(name)):
+            name, url = "", value
+        is_port = kind == "URL"
+        one = argparse.Namespace(robot=None if is_port else url, port=url if is_port else None, set=[])
+        if not name and configuration.NAME.fullmatch(url):
+            name = url  # a protocol is none
+        named.append((name, one))
+    if sorted(kind for kind, _ in given) == ["NAME", "URL"]:
+        # What the one at the port speaks; or a contradiction, which is told.
+        robot, port = (next(one for _, one in named if getattr(one, which)) for which in ("robot", "port"))
+        if robot.robot in configuration.PROTOCOLS and not any(name for name, _ in named):
+            named = [("", argparse.Namespace(robot=robot.robot, port=port.port, set=[]))]
+    found: dict[str, Target] = {}
+    for name, one in named:
+        meant = target(one)
+        assert meant is not None
+        _put(found, name, meant)
+    return {
+        name: with_settings(each, _settings_of(name, found, arguments.set)) for name, each in found.items()
+    }
+
+
+def _put(found: dict[str, Target], name: str, meant: Target) -> None:
+    """Add a robot by its name. Raises ``UsageError`` for a second one of that name."""
+    if not name:
+        number = 1
+        while (name := f"{meant.protocol}{number}" if number > 1 else meant.protocol) in found:
+            number += 1
+    if name.lower() in (known.lower() for known in found):
+        raise UsageError(f"two robots are called {name}: give one of them another name, --port NAME=URL")
+    found[name] = meant
+
+
+def _settings_of(name: str, found: Mapping[str, Target], assignments: list[str]) -> list[str]:
+    """Those that are for this robot. Raises ``UsageError`` for one that is for none."""
+    for_it: list[str] = []
+    for assignment in assignments:
+        setting = assignment.partition("=")[0]
+        robot, colon, _ = setting.partition(":")
+        if not colon:
+            for_it.append(assignment)
+        elif robot not in found:
+            raise UsageError(
+                f"--set {assignment}: no robot here is called {robot}; there is {', '.join(found)}"
+            )
+        elif robot == name:
+            for_it.append(assignment[len(robot) + 1 :])
+    return for_it
 
 
 def target(arguments: argparse.Namespace) -> Target | None:

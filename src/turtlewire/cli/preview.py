@@ -12,7 +12,7 @@ from turtlewire.cli.progress import duration
 from turtlewire.errors import UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from turtlewire.configuration import Target
     from turtlewire.preview import Extent, Preview
@@ -57,21 +57,23 @@ def check_options(arguments: argparse.Namespace) -> None:
             raise UsageError("there is no terminal to ask whether to run it: --preview=only runs nothing")
 
 
-def go_on(arguments: argparse.Namespace, target: Target, source: str, name: str) -> int | None:
+def go_on(arguments: argparse.Namespace, targets: Mapping[str, Target], source: str, name: str) -> int | None:
     """Tell what the program would do. The exit code, or None to run it."""
-    from turtlewire.preview import preview
+    from turtlewire.preview import preview_all
 
-    found = preview(
-        target, source, name, seed=arguments.seed, step_mm=arguments.step_mm, arena=arguments.arena
+    found = preview_all(
+        targets, source, name, seed=arguments.seed, step_mm=arguments.step_mm, arena=arguments.arena
     )
-    code = found.error.exit_code if found.error is not None else 0
+    error = next(iter(found.values())).error  # each has the same
+    code = error.exit_code if error is not None else 0
     if arguments.json:
-        output.write(json.dumps(_as_json(found, target, name, code)) + "\n")
+        output.write(json.dumps(_all(found, targets, name, code)) + "\n")
         return code
     tell = output.write if arguments.preview == ONLY else output.tell
-    tell("\n".join(_lines(found, target, name)) + ("\n" if arguments.preview == ONLY else ""))
-    if found.error is not None:
-        output.tell(f"turtlewire: {found.error}")
+    lines = [line for each, one in found.items() for line in _lines(one, targets[each], name, each)]
+    tell("\n".join(lines) + ("\n" if arguments.preview == ONLY else ""))
+    if error is not None:
+        output.tell(f"turtlewire: {error}")
     if arguments.preview == ONLY:
         return code
     sys.stderr.write("Run it? [y/N] ")
@@ -82,35 +84,45 @@ def go_on(arguments: argparse.Namespace, target: Target, source: str, name: str)
     return 0
 
 
-def _as_json(found: Preview, target: Target, name: str, code: int) -> dict[str, Any]:
-    return {
-        "outcome": "error" if found.error is not None else "previewed",
+def _all(found: Mapping[str, Preview], targets: Mapping[str, Target], name: str, code: int) -> dict[str, Any]:
+    """Everything: of one robot as it is, of several by their names."""
+    first = next(iter(found.values()))
+    told = {
+        "outcome": "error" if first.error is not None else "previewed",
         "exit_code": code,
         "program": name,
+        "is_whole": first.is_whole,
+        "error": first.error
+        and {
+            "type": type(first.error).__name__,
+            "message": str(first.error),
+            "position": first.position
+            and {"file": first.position.file, "line": first.position.line, "column": first.position.column},
+        },
+    }
+    robots = {each: _as_json(one, targets[each]) for each, one in found.items()}
+    return told | (robots.popitem()[1] if len(robots) == 1 else {"robots": robots})
+
+
+def _as_json(found: Preview, target: Target) -> dict[str, Any]:
+    return {
         "robot": target.name,
         "drawing": found.drawing and found.drawing._asdict(),
         "way": found.way._asdict(),
         "path_mm": found.path_mm,
         "pen_down_mm": found.pen_down_mm,
         "seconds": found.seconds,
-        "is_whole": found.is_whole,
         "stays_in_arena": found.touch is None if found.has_arena else None,
         "touch": found.touch and found.touch._asdict(),
         "is_estimate": bool(found.asks),
         "asks": list(found.asks),
-        "error": found.error
-        and {
-            "type": type(found.error).__name__,
-            "message": str(found.error),
-            "position": found.position
-            and {"file": found.position.file, "line": found.position.line, "column": found.position.column},
-        },
     }
 
 
-def _lines(found: Preview, target: Target, name: str) -> Iterator[str]:
+def _lines(found: Preview, target: Target, name: str, called: str) -> Iterator[str]:
     more = "" if found.is_whole else "more than "
-    yield f"{name} on {target.name}:"
+    which = target.name if called in (target.name, target.protocol) else f"{called} ({target.name})"
+    yield f"{name} on {which}:"
     yield f"  drawing    {_extent(found.drawing) if found.drawing else 'nothing'}"
     yield f"  way        {_extent(found.way)}"
     yield f"  path       {more}{found.path_mm / 1000:.2f} m, {found.pen_down_mm / 1000:.2f} m of it with the pen down"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from turtlewire.cli import output
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from typing import Self
 
     from rich.console import RenderableType
@@ -35,13 +35,13 @@ class Bar:
     """The bar; on no terminal it shows nothing, and ``write`` only writes.
 
     Args:
-        robot: whose figures are shown.
+        robots: whose figures are shown: what they have driven and were told together, and the longest time.
         progress: how far the program is, 0 to 1; None: it has not begun. Asked from another thread.
         shown: whether there may be a bar at all.
     """
 
-    def __init__(self, robot: Robot, progress: Callable[[], float | None], *, shown: bool) -> None:
-        self._robot = robot
+    def __init__(self, robots: Sequence[Robot], progress: Callable[[], float | None], *, shown: bool) -> None:
+        self._robots = robots
         self._progress = progress
         self._is_done = False
         # What the program has written of its current line, where the bar has to stay below it.
@@ -130,11 +130,13 @@ class Bar:
         return 1.0 if self._is_done else self._progress() or 0.0
 
     def _figures(self) -> str:
-        figures = self._robot.statistics
+        figures = [robot.statistics for robot in self._robots]
         # What is driven by set-points has no commands to count.
-        commands = getattr(figures, "commands", None)
-        counted = "" if commands is None else f"{commands} commands, "
-        return f"{figures.distance_mm / 1000:.2f} m, {counted}{duration(figures.seconds)}"
+        commands: list[int | None] = [getattr(each, "commands", None) for each in figures]
+        counts = [count for count in commands if count is not None]
+        counted = f"{sum(counts)} commands, " if counts else ""
+        distance_mm = sum(each.distance_mm for each in figures)
+        return f"{distance_mm / 1000:.2f} m, {counted}{duration(max(each.seconds for each in figures))}"
 
 
 def _same_file(one: int, other: int) -> bool:

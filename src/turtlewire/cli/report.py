@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.cli import output
-from turtlewire.cli.progress import duration
+from turtlewire.cli.robot_report import UNKNOWN, RobotReport
 from turtlewire.cli.signals import INTERRUPTED, Interrupted
 from turtlewire.errors import LinkError, TurtlewireError
 
@@ -17,17 +17,7 @@ if TYPE_CHECKING:
 
     from turtlewire.configuration import Target
     from turtlewire.connect import Robot
-    from turtlewire.deviation import Followed
-    from turtlewire.links.link import Link
     from turtlewire.logo import Position
-    from turtlewire.turtle import Pose
-
-# What is compared with the exact path.
-DRAWINGS = {
-    "seen": "as seen",
-    "reported": "as the robot reports its way",
-    "reckoned": "by reckoning; the robot cannot tell its way",
-}
 
 
 class Report:
@@ -36,17 +26,17 @@ class Report:
     Args:
         program: what the program is called.
         as_json: gather everything, the program's output too, into one JSON object.
+
+    Attributes:
+        robots: what is known of each robot, by its name.
     """
 
     def __init__(self, program: str, *, as_json: bool) -> None:
         self._as_json = as_json
-        # The robot is a real one, or somebody else's: it takes its own time, and has to be stopped.
-        self._is_real = False
-        self._connection: dict[str, Any] = {}
+        self.robots: dict[str, RobotReport] = {}
         self._started = time.perf_counter()
         self._output: list[str] = []
         self._errors: list[str] = []
-        self._is_reachable = True
         self._was_reached_again = False
         self._result: dict[str, Any] = {
             "outcome": "done",
@@ -55,101 +45,50 @@ class Report:
             "error": None,
             "warnings": [],
             "pictures": [],
-            "statistics": None,
-            "robot_pose": None,
-            "host_pose": None,
-            "deviation_mm": None,
-            "drawing": None,
             "host_seconds": 0.0,
         }
 
-    def meets(self, target: Target) -> None:
-        """Which robot it is."""
-        self._target = target
-        self._is_real = not target.is_simulated
+    def meets(self, targets: Mapping[str, Target]) -> None:
+        """Which robots they are."""
+        self.robots = {name: RobotReport(target) for name, target in targets.items()}
 
-    def see(self, link: Link) -> Link:
-        """The link to it, as it is."""
-        self._link = link
-        return link
-
-    def notify(self, text: str) -> None:
-        """A warning of the driver."""
-        self._result["warnings"].append(text)
+    def notify(self, name: str, text: str) -> None:
+        """A warning of the driver of this robot."""
+        told = text if len(self.robots) == 1 else f"{name}: {text}"
+        self._result["warnings"].append(told)
         if not self._as_json:
-            output.tell(f"turtlewire: {text}")
+            output.tell(f"turtlewire: {told}")
 
     def announce(self, path: str) -> None:
         """Where the robot has to be, for a new pty."""
         output.tell(f"waiting for the robot at {path}")
 
-    def waits(self) -> None:
-        """The link was lost, which has ended the program; the robot is to be stopped yet."""
-        if self._is_real:
+    def waits(self, names: list[str]) -> None:
+        """The links to these were lost, which has ended the program; they are to be stopped yet."""
+        if any(self.robots[name].is_real for name in names):
+            which = "the robot" if len(self.robots) == 1 else " and ".join(names)
             output.tell(
-                "turtlewire: the program has ended. Waiting until the robot is reached again, and stopped; Ctrl-C ends "
-                "the waiting"
+                f"turtlewire: the program has ended. Waiting until {which} {'are' if len(names) > 1 else 'is'} reached "
+                "again, and stopped; Ctrl-C ends the waiting"
             )
 
     def reached(self) -> None:
-        """It was, and stands."""
+        """All of them were, and stand."""
         self._was_reached_again = True
 
-    def cannot_reach(self) -> None:
-        """When all is over, there is no link to the robot."""
-        self._is_reachable = False
+    def cannot_reach(self, name: str) -> None:
+        """When all is over, there is no link to this robot."""
+        self.robots[name].is_reachable = False
 
     def keep_output(self, text: str) -> None:
         """Output of the program, for ``--json``."""
         self._output.append(text)
 
-    def finished(self, robot: Robot) -> None:
-        """The program is done: where is the robot, and where does it say that it is, if it can?"""
-        from turtlewire.robots.walter import Walter
-
-        if isinstance(robot, Walter) and "Q" in robot.groups:
-            self._result["robot_pose"] = robot.reported_pose()._asdict()
-        self._result["host_pose"] = robot.pose._asdict()
-
-    def deviates(self, robot: Robot, turtle: Followed, origin: Pose) -> None:
-        """What was drawn is compared with what should have been; ``origin``: the turtle's home, as the drawing has it.
-
-        For a robot that cannot be seen, what was drawn is where it says that it went, or where it should have gone.
-        """
-        from turtlewire.deviation import between
-
-        says = "Q" in getattr(robot, "groups", ())
-        self._result["drawing"] = (
-            "reported" if says and self._is_real else "reckoned" if self._is_real else "seen"
-        )
-        found = between(robot.trace, turtle.ideal, origin) if turtle.is_exact else None
-        self._result["deviation_mm"] = found and found._asdict()
-
-    def measure(self, robot: Robot) -> None:
-        """The figures of the connection, however far it came."""
-        self._result["statistics"] = robot.statistics._asdict()
+    def measure(self, robots: Mapping[str, Robot]) -> None:
+        """The figures of the connections, however far they came."""
+        for name, robot in robots.items():
+            self.robots[name].measure(robot)
         self._result["host_seconds"] = time.perf_counter() - self._started
-
-    def describe(self) -> None:
-        """What the connection was like: what people can put into a bug report."""
-        import platform
-        from importlib.metadata import version
-
-        from turtlewire.links.faults import FaultyLink
-
-        target, link = self._target, self._link
-        self._connection = {
-            "turtlewire": version("turtlewire"),
-            "system": f"Python {platform.python_version()} on {platform.platform()}",
-            "robot": target.protocol,
-            "port": target.port,
-            "settings": {**target.simulation, **{k: str(v) for k, v in target.overrides.items()}},
-        }
-        if isinstance(link, FaultyLink):
-            self._connection["faults"] = {
-                name: getattr(link, name) for name in ("lost", "added", "flipped", "duplicated")
-            }
-        self._result["connection"] = self._connection
 
     def drawn(self, path: Path) -> None:
         """A picture was written."""
@@ -166,8 +105,8 @@ class Report:
         ``position`` is where the program was, for an error that does not know a place itself.
         """
         code = error.exit_code if isinstance(error, TurtlewireError) else 1
-        if isinstance(error, LinkError) and not self._was_reached_again:
-            self.cannot_reach()
+        if isinstance(error, LinkError) and not self._was_reached_again and len(self.robots) == 1:
+            self.cannot_reach(*self.robots)
         message = "\n".join([str(error) or type(error).__name__, *getattr(error, "__notes__", [])])
         self._fail("error", code, error, message, getattr(error, "position", None) or position)
 
@@ -192,71 +131,42 @@ class Report:
             # It came when all was done but the telling.
             self._result["exit_code"] = INTERRUPTED
         if self._as_json:
-            output.write(json.dumps(self._result | {"output": "".join(self._output)}) + "\n")
+            output.write(json.dumps(self._all()) + "\n")
         elif self._errors:
             output.tell(
                 "\n".join([*(f"turtlewire: {error}" for error in self._errors), *self._what_is_left()])
             )
         else:
             output.tell("\n".join(self._summary()))
-        if self._connection and not self._as_json:
-            output.tell("\n".join(["statistics:", *_lines(self._connection | self._result["statistics"])]))
+        if not self._as_json:
+            for name, robot in self.robots.items():
+                if robot.connection:
+                    of = "" if len(self.robots) == 1 else f" of {name}"
+                    output.tell("\n".join([f"statistics{of}:", *robot.statistics()]))
         code: int = self._result["exit_code"]
         return code
 
+    def _all(self) -> dict[str, Any]:
+        """Everything: of one robot as it is, of several by their names."""
+        told = self._result | {"output": "".join(self._output)}
+        if len(self.robots) < 2:
+            return told | next((robot.result for robot in self.robots.values()), UNKNOWN)
+        return told | {"robots": {name: robot.result for name, robot in self.robots.items()}}
+
     def _what_is_left(self) -> Iterator[str]:
-        """After an error: the state of the robot and of the drawing."""
-        figures = self._result["statistics"]
-        if figures is None:
-            return
-        if self._is_real and self._is_reachable:
-            yield f"The robot was stopped, after {figures['distance_mm'] / 1000:.2f} m."
-        elif self._is_real:
-            yield "The robot cannot be reached to stop it: if it still moves, switch it off."
+        """After an error: the state of the robots and of the drawing."""
+        for name, robot in self.robots.items():
+            yield from robot.state("The robot" if len(self.robots) == 1 else name)
         if self._result["pictures"]:
             yield f"What was drawn until then is in {', '.join(self._result['pictures'])}."
 
     def _summary(self) -> Iterator[str]:
-        figures, robot = self._result["statistics"], self._result["robot_pose"]
-        # Those that are driven by set-points have neither commands to count nor a pose to tell.
-        answers = "commands" in figures
-        robot_s, host_s = figures["seconds"], self._result["host_seconds"]
+        host_s = self._result["host_seconds"]
         yield f"{self._result['program']}: done"
-        counted = (
-            f"{figures['commands']} commands ({figures['fences']} of them fences) in " if answers else ""
-        )
-        yield f"  sent       {counted}{figures['bytes_sent']} bytes; {figures['bytes_received']} bytes came back"
-        yield f"  driven     {figures['distance_mm'] / 1000:.2f} m in {duration(robot_s)} of the robot's time"
-        if not self._is_real:
-            yield f"  took       {duration(host_s)} ({robot_s / host_s:.0f} times as fast as the robot)"
-        yield f"  host pose  {_pose(self._result['host_pose'])}"
-        if answers:
-            yield f"  robot pose {_pose(robot) if robot else 'it cannot tell'}"
-        yield from self._deviation()
-        if figures.get("corrections"):
-            yield f"  corrected  {figures['corrections']} times: the robot was not where it should have been"
+        for name, robot in self.robots.items():
+            if len(self.robots) > 1:
+                yield f"{name}:"
+            yield from robot.summary(host_s)
         if self._result["pictures"]:
-            yield f"  drawn      {', '.join(self._result['pictures'])}"
-
-    def _deviation(self) -> Iterator[str]:
-        deviation, drawing = self._result["deviation_mm"], self._result["drawing"]
-        if deviation:
-            yield (
-                f"  deviation  {deviation['largest']:.2f} mm at most, {deviation['mean']:.2f} mm on average, "
-                f"from the exact path ({DRAWINGS[drawing]})"
-            )
-
-
-def _pose(pose: dict[str, float]) -> str:
-    # + 0.0 makes a plain zero of a negative one.
-    x, y, heading = (round(pose[key], 3) + 0.0 for key in ("x_mm", "y_mm", "heading_deg"))
-    return f"x {x:g} mm, y {y:g} mm, heading {heading % 360.0:g} degrees"
-
-
-def _lines(figures: Mapping[str, object]) -> Iterator[str]:
-    for name, value in figures.items():
-        if isinstance(value, dict):
-            text = ", ".join(f"{key} {part}" for key, part in value.items()) or "as by default"
-        else:
-            text = f"{value:.10g}" if isinstance(value, float) else "-" if value is None else str(value)
-        yield f"  {name:20} {text}"
+            lead = "  drawn      " if len(self.robots) == 1 else "drawn: "
+            yield f"{lead}{', '.join(self._result['pictures'])}"

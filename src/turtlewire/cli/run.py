@@ -8,19 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from turtlewire.cli import options, preview, program
+from turtlewire.cli.connected import Connected, as_turtles, save_picture
 from turtlewire.cli.progress import Bar
 from turtlewire.cli.report import Report
 from turtlewire.cli.signals import Interrupted
-from turtlewire.errors import (
-    LinkClosedError,
-    LinkError,
-    LinkLostError,
-    TurtlewireError,
-    UsageError,
-)
+from turtlewire.errors import LinkLostError, TurtlewireError, UsageError
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Mapping
 
     from turtlewire.cli.signals import Signals
     from turtlewire.configuration import Target
@@ -35,6 +31,8 @@ examples:
       on the robot at this port
   turtlewire run rose.logo --robot elsie --statistics
       on the robot that robots.toml calls elsie, with figures for a bug report
+  turtlewire run dance.logo --robot elsie --port rosa=sim:simple
+      on two robots, of different kinds: TELL "ROSA, TELL [ELSIE ROSA]
   turtlewire run --preview rose.logo --port /dev/ttyUSB0
       first says how large the drawing is and how long it takes, and asks
   turtlewire run maze.logo --port "sim:walter?arena=maze.toml&slip=0.02&seed=7"
@@ -49,12 +47,13 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser = options.add_command(
         commands,
         "run",
-        summary="run a Logo program on a robot",
-        description="Run a Logo program on a robot. Without --port, a simulated robot in this process runs it.",
+        summary="run a Logo program on a robot, or on several",
+        description="Run a Logo program on a robot, or on several, which it tells by their names. Without --port, a "
+        "simulated robot in this process runs it.",
         examples=EXAMPLES,
     )
     parser.add_argument("program", metavar="PROGRAM.logo", help="the program; - is the standard input")
-    options.add_target(parser, options.PORTS + "; or sim:walter?slip=0.01&arena=FILE, a simulated one")
+    options.add_targets(parser, options.PORTS + "; or sim:walter?slip=0.01&arena=FILE, a simulated one")
     parser.add_argument(
         "--faults",
         metavar="FAULTS",
@@ -99,7 +98,7 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     name = program.name_of(arguments.program)
     preview.check_options(arguments)
     if arguments.preview is not None:
-        code = preview.go_on(arguments, _target(arguments), program.read(arguments.program), name)
+        code = preview.go_on(arguments, _targets(arguments), program.read(arguments.program), name)
         if code is not None:
             return code
     report = Report(name, as_json=arguments.json)
@@ -139,103 +138,119 @@ class _Run:
     def all(self, name: str) -> None:
         """Everything, in order."""
         from turtlewire import picture
-        from turtlewire.connect import connect
 
         arguments, report = self._arguments, self._report
-        target = _target(arguments)
-        report.meets(target)
+        targets = _targets(arguments)
+        report.meets(targets)
         source = program.read(arguments.program)
         for path in arguments.picture:
             picture.check(path)
-        try:
-            robot = connect(target, notify=report.notify, announce=report.announce, wrap=report.see)
-        except LinkClosedError as error:
-            options.explain_refusal(error, target.port)
-            raise
+        robots = Connected(
+            targets, report.notify, report.announce, lambda of, link: report.robots[of].see(link)
+        )
         try:
             # Two of them, because the first one's finally may be hit by a signal itself; the second cannot.
             try:
-                self._drive(robot, source, name)
+                self._drive(robots.robots, source, name)
             except LinkLostError:
-                self._reach(robot)
+                robots.stop()  # those that are there
+                self._reach(robots)
                 raise
             finally:
                 self._signals.hold()
         finally:
-            if robot.link_state in ("reconnecting", "closed"):
-                report.cannot_reach()
+            for lost in robots.lost:
+                report.cannot_reach(lost)
             try:
-                robot.close(finish=False)
+                robots.close()
             finally:
-                report.measure(robot)
+                report.measure(robots.robots)
                 if arguments.statistics:
-                    report.describe()
-                self._save_pictures(robot, name)
+                    for each in report.robots.values():
+                        each.describe()
+                self._save_pictures(robots.robots, name)
 
-    def _drive(self, robot: Robot, source: str, name: str) -> None:
-        """Run the program to its end and the robot to its last motion."""
+    def _drive(self, robots: Mapping[str, Robot], source: str, name: str) -> None:
+        """Run the program to its end and the robots to their last motions."""
         from turtlewire.cli.typed import TypedPast
         from turtlewire.deviation import Followed
         from turtlewire.logo import Interpreter
 
         arguments, report = self._arguments, self._report
-        origin, turtle = robot.trace.pose, Followed(robot)
+        origins = {each: robot.trace.pose for each, robot in robots.items()}
+        turtles = {each: Followed(robot) for each, robot in robots.items()}
         interpreter = Interpreter(
-            turtle,
+            as_turtles(turtles),
             report.keep_output,
             random.Random(arguments.seed),
             step_mm=arguments.step_mm,
             compiled_at=program.compiled_at(),
         )
         try:
-            with Bar(robot, interpreter.progress, shown=not arguments.json) as bar:
+            with Bar([*robots.values()], interpreter.progress, shown=not arguments.json) as bar:
                 if not arguments.json:
                     interpreter.write = bar.write
                 interpreter.streams.keyboard = TypedPast(bar)
                 interpreter.run(source, name)
-                self._finish(robot, interpreter)
-                report.deviates(robot, turtle, origin)
+                for each, robot in robots.items():
+                    self._finish(each, robot, interpreter)
+                for each, robot in robots.items():
+                    report.robots[each].deviates(robot, turtles[each], origins[each])
         finally:
             self.position = interpreter.position
 
-    def _reach(self, robot: Robot) -> None:
-        """The link was lost, and the program with it: wait until the robot is reached again, and so is stopped."""
-        self._report.waits()
-        # In vain, or not for so long: the report says that it was not stopped. Why, the driver has told.
-        with contextlib.suppress(LinkError, Interrupted):
-            robot.reconnected()
-            self._report.reached()
+    def _reach(self, robots: Connected) -> None:
+        """Links were lost, and the program with them: wait until the robots are reached again, and so are stopped."""
+        self._report.waits(robots.lost)
+        # In vain, or not for so long: the report says that they were not stopped. Why, the driver has told.
+        with contextlib.suppress(Interrupted):
+            robots.reach()
+            if not robots.lost:
+                self._report.reached()
 
-    def _finish(self, robot: Robot, interpreter: Interpreter) -> None:
+    def _finish(self, name: str, robot: Robot, interpreter: Interpreter) -> None:
         """The program is through; the robot may have some of it to do yet."""
         try:
             robot.finish()
-            self._report.finished(robot)
+            self._report.robots[name].finished(robot)
         except TurtlewireError as error:
             position = interpreter.position
             if position is not None:
                 error.add_note(f"in the last motions of {position.file}, whose end is line {position.line}")
             raise
 
-    def _save_pictures(self, robot: Robot, name: str) -> None:
+    def _save_pictures(self, robots: Mapping[str, Robot], name: str) -> None:
         """Write the pictures of what was drawn so far. One that fails keeps none of the others from being written."""
-        from turtlewire import picture
-
         for path in dict.fromkeys(self._arguments.picture):
             try:
-                picture.save(robot.trace, path, title=name, obstacles=robot.obstacles)
+                save_picture([*robots.values()], path, name)
             except TurtlewireError as error:
                 self.not_drawn.append(error)
             else:
                 self._report.drawn(path)
 
 
-def _target(arguments: argparse.Namespace) -> Target:
-    """The robot; a simulated one gets the seed and the pace that it does not name itself."""
+def _targets(arguments: argparse.Namespace) -> dict[str, Target]:
+    """The robots by their names; simulated ones get the seed and the pace that they do not name themselves."""
     from turtlewire.configuration import target
+
+    found = options.targets(arguments)
+    if not found:
+        found = {"walter": options.with_settings(target("sim:walter"), arguments.set)}
+    if arguments.speed == "max" and any(not each.is_simulated for each in found.values()):
+        raise UsageError("--speed max is for the simulated robot; a robot at a port takes its own time")
+    # Beside a robot that takes its time the others take theirs.
+    pace = arguments.speed or ("max" if all(each.is_simulated for each in found.values()) else "real")
+    return {
+        name: _with_options(each, arguments, pace, arguments.seed + number)
+        for number, (name, each) in enumerate(found.items())
+    }
+
+
+def _with_options(found: Target, arguments: argparse.Namespace, pace: str, seed: int) -> Target:
+    """A robot as the options want it; each simulated one has a chance of its own. Raises ``UsageError``."""
     from turtlewire.simulated import simulated
 
-    found = options.target(arguments) or options.with_settings(target("sim:walter"), arguments.set)
     if arguments.faults is not None:
         from turtlewire.links.faults import Faults
 
@@ -244,11 +259,8 @@ def _target(arguments: argparse.Namespace) -> Target:
         found = options.with_replies(found)
     found.settings()  # complain of them before anything is opened
     if not found.is_simulated:
-        if arguments.speed == "max":
-            raise UsageError("--speed max is for the simulated robot; a robot at a port takes its own time")
         return found
     simulated(found)
     if "pace" in found.simulation and arguments.speed is not None:
         raise UsageError(f"--speed {arguments.speed} and {found.name!r} both say how fast: leave one out")
-    defaults = {"seed": str(arguments.seed), "pace": arguments.speed or "max"}
-    return found._replace(simulation={**defaults, **found.simulation})
+    return found._replace(simulation={"seed": str(seed), "pace": pace, **found.simulation})

@@ -139,7 +139,6 @@ def test_a_setting_on_the_command_line_counts_more(capsys: pytest.CaptureFixture
     [
         ("--robot marvin", 2, "'marvin' (choose from walter, simple, frame, or a robot in a file: "),
         ("--robot /dev/ttyUSB0", 2, "a port is named by --port"),
-        ("--robot elsie --port /dev/ttyUSB0", 2, "both say where the robot is: leave one out"),
         ("--robot simple --port sim:frame", 2, "mean different robots: leave one out"),
         (
             "--robot simple --set gentle=1",
@@ -172,7 +171,7 @@ def test_replies_are_no_matter_to_a_car(capsys: pytest.CaptureFixture[str]) -> N
 def test_the_bar_of_robots_that_count_no_commands() -> None:
     for url, counts in (("sim:simple", False), ("sim:walter", True)):
         with connect(url) as robot:
-            figures = Bar(robot, lambda: 0.5, shown=False)._figures()
+            figures = Bar([robot], lambda: 0.5, shown=False)._figures()
         assert figures.startswith("0.00 m, ")
         assert ("commands" in figures) == counts
 
