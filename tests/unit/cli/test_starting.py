@@ -135,6 +135,28 @@ def test_an_empty_program_loads_little() -> None:
     assert "turtlewire.logo.debugging" not in modules
 
 
+def test_a_program_that_was_compiled_before_loads_little_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("double.logo").write_text("to double :x\n  output :x * 2\nend\nprint double 21\n", "utf-8")
+    monkeypatch.setitem(ENVIRONMENT, "XDG_CACHE_HOME", str(tmp_path / "cache"))
+    script = Path(sys.executable).with_name("turtlewire")
+    modules = loaded(script, "logo", "double.logo")
+    assert {"turtlewire.logo.compiler.writing", "ast"} <= modules
+    modules = loaded(script, "logo", "double.logo")
+    assert "turtlewire.logo.compiler.writing" not in modules
+    foreign = {each for each in modules if each.partition(".")[0] != "turtlewire"}
+    assert foreign <= {
+        "__future__",
+        "_collections",
+        "encodings.utf_8_sig",
+        "errno",
+        "itertools",
+        "math",
+        "zlib",
+    }
+
+
 # --- signals
 
 
