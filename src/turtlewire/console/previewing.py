@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from turtlewire.preview import Preview
     from turtlewire.trace import Stroke
 
-# A program that takes longer than this to look at, seconds of the processor's time, is not looked at to its end.
-LONGEST_S = 6
+# A program that takes longer than this to look at, seconds, is not looked at to its end.
+LONGEST_S = 6.0
 # And if that does not end it, nor anything else, its process is ended: seconds on the wall.
 PATIENCE_S = 20.0
 # What is shown of a drawing, points.
@@ -32,7 +32,9 @@ MOST_POINTS = 20_000
 _AT_A_TIME = threading.Semaphore(2)
 
 
-def preview_there(target: Target, source: str, name: str, start: Pose, folder: Path | None) -> dict[str, Any]:
+def preview_there(
+    target: Target, source: str, name: str, start: Pose, folder: Path | None, longest_s: float = LONGEST_S
+) -> dict[str, Any]:
     """What a program would do, ready for JSON. Waits for it, ``PATIENCE_S`` at most when it is its turn.
 
     Args:
@@ -41,12 +43,14 @@ def preview_there(target: Target, source: str, name: str, start: Pose, folder: P
         name: its file name.
         start: where the robot stands, as the turtle sees it.
         folder: where the program's files are; ``None``: it has none.
+        longest_s: after so many seconds it is not looked at any further.
 
     Raises ``DataError`` when it cannot be found out.
     """
     job = {
         "target": base64.b64encode(pickle.dumps(target)).decode("ascii"),
         "source": source, "name": name, "start": start, "folder": str(folder) if folder is not None else None,
+        "longest_s": longest_s,
     }  # fmt: skip
     with _AT_A_TIME:
         worker = Worker()
@@ -79,8 +83,8 @@ def preview_here(job: dict[str, Any]) -> dict[str, Any]:
         del number, frame
         raise TooLongError
 
-    signal.signal(signal.SIGPROF, enough)
-    signal.setitimer(signal.ITIMER_PROF, LONGEST_S, 1.0)  # again and again: a program may be where it is lost
+    signal.signal(signal.SIGALRM, enough)
+    signal.setitimer(signal.ITIMER_REAL, job["longest_s"], 2.0)  # again: once it may be lost
     folder = Path(job["folder"]) if job["folder"] is not None else None
     try:
         found = preview(
@@ -94,7 +98,7 @@ def preview_here(job: dict[str, Any]) -> dict[str, Any]:
         return {"refused": str(error)}
     except MemoryError:
         return {"refused": "the program needs more memory than it may have"}
-    signal.setitimer(signal.ITIMER_PROF, 0)
+    signal.setitimer(signal.ITIMER_REAL, 0)
     return _as_json(found)
 
 
