@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from turtlewire.cli.signals import Signals
     from turtlewire.console.stations import Berth
 
-SIMULATED = ("sim:walter", "sim:simple", "sim:frame")
+# Apart from one another on the ground, so that a map shows three.
+SIMULATED = ("sim:walter", "sim:simple?start=400,0", "sim:frame?start=-400,0")
 EXAMPLES = """\
 examples:
   turtlewire console

@@ -6,6 +6,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any
 
+from turtlewire.console.pictures import Painter
 from turtlewire.console.sessions import Sessions
 from turtlewire.console.stations import Stations
 from turtlewire.console.views import FRESH_S, Sight
@@ -30,12 +31,14 @@ class Console:
     Attributes:
         stations: the robots.
         sessions: who uses it.
+        painter: makes pictures.
     """
 
     def __init__(self, berths: Iterable[Berth], announce: Callable[[str], None], programs: Programs) -> None:
         self.programs = programs
         self.stations = Stations(berths, announce, self.now, programs.folder)
         self.sessions = Sessions()
+        self.painter = Painter()
         self._sights = {station.name: Sight(station, self.sessions) for station in self.stations}
         self._robots: list[dict[str, Any]] = []
         self._robots_s = -math.inf

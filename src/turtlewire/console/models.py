@@ -50,6 +50,9 @@ class Robot(BaseModel):
     obstacles: list[list[Millimetres]] = Field(
         description="walls (x1, y1, x2, y2) and round things (x, y, radius)"
     )
+    origin: dict[str, float] | None = Field(
+        description="where on the ground its coordinates begin, and which way they look; null: nobody knows"
+    )
     arena: dict[str, float] | None
     combines: bool = Field(description="it drives and turns at the same time")
     steers: bool = Field(description="it turns by its front wheels")

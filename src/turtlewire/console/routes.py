@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response, WebSocket
 
 from turtlewire.console import models, views
 from turtlewire.console.console import Console
+from turtlewire.console.pictures import KINDS
 from turtlewire.console.refusals import Refused
 from turtlewire.console.sessions import Session
 from turtlewire.console.station import Station
@@ -111,6 +112,18 @@ def path(station: StationOf, since: Annotated[int, Query(ge=0, le=2**53)] = 0) -
     """Where the robot has been, from an index on. Its last point may still move: ask for that again."""
     piece = station.path.since(since, MAX_POINTS)
     return models.PathPiece(generation=piece.generation, start=piece.start, points=piece.points)
+
+
+@router.get(
+    "/robots/{robot}/picture.{kind}",
+    response_class=Response,
+    responses={200: {"content": {"image/svg+xml": {}, "image/png": {}}}},
+)
+async def picture(console: ConsoleOf, station: StationOf, kind: Literal["svg", "png"]) -> Response:
+    """What the robot drew, as a picture."""
+    content = await console.painter.paint(station, kind)
+    name = f"attachment; filename={station.name}.{kind}"
+    return Response(content, media_type=KINDS[kind], headers={"content-disposition": name})
 
 
 # ---------------------------------------------------------------------- driving

@@ -66,8 +66,8 @@ class SetPoints:
 class Grips:
     """The grips on one robot, of all sessions, numbered. What a stop or an error has ended drives no more.
 
-    Nor does a grip that was not heard of for longer than a set-point lives: the robot has stopped meanwhile, and whether
-    anybody still means it, nobody knows.
+    Nor does a grip that was not heard of for longer than a set-point lives: the robot has stopped meanwhile, and
+    whether anybody still means it, nobody knows.
 
     Attributes:
         number: of the newest grip, counted over all sessions; 0: there has been none.

@@ -23,7 +23,7 @@ from turtlewire.helm.view import View
 from turtlewire.helm.wishes import Action, Order, Wish
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
+    from collections.abc import Callable, Coroutine, Sequence
     from pathlib import Path as FilePath
 
     from turtlewire.configuration import Target
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from turtlewire.console.setpoints import SetPoint
     from turtlewire.helm.lease import Lease
     from turtlewire.links.link import Link
+    from turtlewire.trace import Obstacle
 
 T = TypeVar("T")
 log = logging.getLogger("turtlewire.console")
@@ -164,6 +165,11 @@ class Station:
         return UNREACHED if self.error else CONNECTING
 
     @property
+    def obstacles(self) -> Sequence[Obstacle]:
+        """What stands around it, as far as is known."""
+        return self._helm.obstacles if self._helm is not None else ()
+
+    @property
     def about(self) -> dict[str, Any]:
         """What does not change from moment to moment."""
         helm = self._helm
@@ -175,7 +181,8 @@ class Station:
             "reached": self.is_reached,
             "error": self.error or None,
             "features": sorted(helm.features) if helm else [],
-            "obstacles": [list(obstacle) for obstacle in helm.obstacles] if helm else [],
+            "obstacles": [list(obstacle) for obstacle in self.obstacles],
+            "origin": helm.origin._asdict() if helm and helm.origin else None,
             "arena": None,
             "combines": self.target.protocol != "walter",
             "steers": self.target.protocol == "simple",

@@ -68,7 +68,7 @@ class Helm:
         view: what is to be seen of the robot, made anew again and again.
         failure: what has ended everything; None: nothing has.
         refused: the key press whose wish was ended by a stop or an error: it begins nothing any more.
-        features: what else the robot has, see ``Drive.features``; obstacles: what stands around it. Once connected.
+        features: what else the robot has, see ``Drive.features``; obstacles, origin: see ``Sight``. Once connected.
     """
 
     def __init__(
@@ -86,6 +86,7 @@ class Helm:
         self.failure: BaseException | None = None
         self.features: frozenset[str] = frozenset()
         self.obstacles: Sequence[Obstacle] = ()
+        self.origin: Pose | None = None
         self._target = target
         self._pace = pace
         self._announce = announce
@@ -190,6 +191,7 @@ class Helm:
         self._walter = robot if isinstance(robot, AsyncWalter) else None
         self._sight = Sight(robot, ear, is_seen=self._target.is_simulated, path=self._path)
         self.features, self.obstacles = robot.features, self._sight.obstacles
+        self.origin = self._sight.origin
         self._carried_out: Wish | None = None
         self._is_driven = False
         self._is_sure = True

@@ -123,6 +123,11 @@ class Sight:
             path.begin(self._pose, robot.trace)
 
     @property
+    def origin(self) -> Pose | None:
+        """Where on the ground its coordinates begin, and which way they look; None: nobody knows."""
+        return self._frame.origin if self._is_seen else None
+
+    @property
     def elapsed_s(self) -> float:
         """Since the link was opened."""
         return self._link.now() - self._started_s
