@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     Visit = Callable[..., Visitor]
 
 LONGEST_S = 0.5
+# Where the robot is, is looked at so often.
+GRAIN_S = 0.1
 
 
 @pytest.fixture
@@ -48,12 +50,19 @@ def stops(onlooker: Onlooker) -> Iterator[None]:
     took_s = onlooker.stopped_at() - began_s
     print(f"stopped after {1000 * took_s:.0f} ms of the robot's time")
     assert took_s <= LONGEST_S
+    assert took_s > -GRAIN_S, "it stood before"
 
 
 def drive(visitor: Visitor, console: Console) -> None:
-    """Hold a key, and go on holding it."""
-    visitor.page.keyboard.down("ArrowUp")
-    console.wait_for_motion("walter")
+    """Hold a key, and go on holding it; anew where this computer was so busy that a set-point came late."""
+
+    def moves() -> bool:
+        if visitor.see(".tw-hand-says").inner_text() != "Driving":
+            visitor.page.keyboard.up("ArrowUp")
+            visitor.page.keyboard.down("ArrowUp")
+        return console.moves("walter")
+
+    wait_until(moves, "walter to move")
 
 
 @pytest.mark.parametrize("kind", ["browser", "renderer"])
@@ -77,9 +86,9 @@ def test_a_browser_that_is_killed(console: Console, chromium: Browser, onlooker:
 
 def test_a_page_that_is_frozen(console: Console, visit: Visit, onlooker: Onlooker) -> None:
     visitor = visit()
-    drive(visitor, console)
     debugger = visitor.context.new_cdp_session(visitor.page)
     debugger.send("Debugger.enable")
+    drive(visitor, console)
     with stops(onlooker):
         debugger.send("Debugger.pause")
     # It goes on where it was: the key is still down, but that grip has ended.
@@ -146,4 +155,4 @@ def test_a_way_that_breaks(console: Console, visit: Visit, onlooker: Onlooker, f
     drive(visitor, console)
     with stops(onlooker):
         forwarder.close()
-    visitor.page.get_by_text("Connection lost").wait_for()
+    visitor.page.get_by_text("Connection lost, trying again").wait_for()

@@ -124,6 +124,7 @@ export class Api {
     store.order = robots.map((robot) => robot.name);
     for (const info of robots) {
       const known = store.robots[info.name];
+      const isMoved = JSON.stringify(known?.info.origin ?? null) !== JSON.stringify(info.origin ?? null);
       if (known) known.info = info;
       else {
         store.robots[info.name] = {
@@ -137,6 +138,10 @@ export class Api {
         };
         this.paths.set(info.name, new Path());
         if (store.connection === "open") this.send({ type: "watch", robot: info.name });
+      }
+      if (isMoved) {
+        this.paths.get(info.name).setOrigin(info.origin);
+        if (store.connection === "open") this.fetchPath(info.name);
       }
     }
     for (const name of Object.keys(store.robots)) {

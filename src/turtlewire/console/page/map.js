@@ -1,5 +1,6 @@
 // The map: where the robots are, where they went, what is in their way.
 
+import { placedObstacle, placedPose, placer } from "./ground.js";
 import { length, Painter } from "./painter.js";
 import { smallestBox } from "./view.js";
 
@@ -45,6 +46,7 @@ export default {
     this.painter = new Painter(this.$refs.canvas);
     this.shown = new Map(); // name -> {x, y, heading}
     this.limits = new Map(); // name -> [{x, y, since}]
+    this.placed = new Map(); // name -> {info, obstacles}
     this.pointers = new Map();
     this.frame = 0;
     this.before = 0;
@@ -94,7 +96,8 @@ export default {
       this.wake();
     },
 
-    markLimit({ robot, x, y }) {
+    markLimit({ robot, x: ownX, y: ownY }) {
+      const [x, y] = placer(this.api.store.robots[robot].info.origin)(ownX, ownY);
       this.limits.set(robot, [...(this.limits.get(robot) ?? []).slice(-3), { x, y, since: performance.now() }]);
       this.wake();
     },
@@ -112,7 +115,7 @@ export default {
       let moves = false;
       const robots = this.api.store.order.map((name, order) => {
         const { info, view } = this.api.store.robots[name];
-        moves = this.glide(name, view?.pose, passed) || moves;
+        moves = this.glide(name, view && placedPose(info.origin, view.pose), passed) || moves;
         return {
           name,
           order,
@@ -121,24 +124,36 @@ export default {
           link: view?.link,
           pose: this.shown.get(name),
           path: this.api.paths.get(name),
-          obstacles: info.obstacles ?? [],
-          overlay: this.api.overlays.get(name),
+          obstacles: this.obstacles(info),
+          overlay: this.overlay(name, info),
           limits: this.limits.get(name) ?? [],
         };
       });
       const chosen = this.shown.get(this.robot);
       if (this.follows && chosen && this.pointers.size === 0) this.painter.view.follow(chosen.x, chosen.y);
-      this.painter.paint(robots, performance.now());
+      const isBehind = this.painter.paint(robots, performance.now());
       const { step, view } = this.painter;
       const width = Math.round(step * view.scale);
       if (width !== this.scale.width || length(step) !== this.scale.text) this.scale = { width, text: length(step) };
-      if (moves || this.painter.isShowingLimit(robots, performance.now())) this.wake();
+      if (moves || isBehind || this.painter.isShowingLimit(robots, performance.now())) this.wake();
+    },
+
+    obstacles(info) {
+      if (this.placed.get(info.name)?.info !== info) {
+        const obstacles = (info.obstacles ?? []).map((each) => placedObstacle(info.origin, each));
+        this.placed.set(info.name, { info, obstacles });
+      }
+      return this.placed.get(info.name).obstacles;
+    },
+
+    overlay(name, { origin }) {
+      const place = placer(origin);
+      return this.api.overlays.get(name)?.map(({ pen, points }) => ({ pen, points: points.map(([x, y]) => place(x, y)) }));
     },
 
     // Whether the robot is still on its way to where it is.
-    glide(name, pose, passed) {
-      if (!pose) return false;
-      const goal = { x: pose.x_mm, y: pose.y_mm, heading: pose.heading_deg };
+    glide(name, goal, passed) {
+      if (!goal) return false;
       const shown = this.shown.get(name);
       if (!shown || this.calm.matches) {
         this.shown.set(name, goal);
@@ -158,21 +173,15 @@ export default {
     // -------------------------------------------------------------- the view
 
     fit() {
-      const boxes = this.api.store.order.map((name) => {
+      const around = (x, y, r) => [x - r, y - r, x + r, y + r];
+      const boxOf = (o) =>
+        o.length === 3 ? around(...o) : [Math.min(o[0], o[2]), Math.min(o[1], o[3]), Math.max(o[0], o[2]), Math.max(o[1], o[3])];
+      const boxes = this.api.store.order.flatMap((name) => {
         const { info, view } = this.api.store.robots[name];
-        const pose = view?.pose;
-        const around = (x, y, r) => [x - r, y - r, x + r, y + r];
-        return smallestBox([
-          name === this.robot ? this.api.paths.get(name).box() : null,
-          ...(name === this.robot
-            ? (info.obstacles ?? []).map((o) =>
-                o.length === 3
-                  ? around(...o)
-                  : [Math.min(o[0], o[2]), Math.min(o[1], o[3]), Math.max(o[0], o[2]), Math.max(o[1], o[3])],
-              )
-            : []),
-          pose ? around(pose.x_mm, pose.y_mm, name === this.robot ? EMPTY_MM / 2 : 100) : null,
-        ]);
+        const isChosen = name === this.robot;
+        const pose = view && placedPose(info.origin, view.pose);
+        const robot = pose ? around(pose.x, pose.y, isChosen ? EMPTY_MM / 2 : 100) : null;
+        return isChosen ? [robot, this.api.paths.get(name).box(), ...this.obstacles(info).map(boxOf)] : [robot];
       });
       this.painter.view.fit(smallestBox(boxes) ?? [-EMPTY_MM, -EMPTY_MM, EMPTY_MM, EMPTY_MM]);
       this.isFitted = true;

@@ -1,13 +1,13 @@
-// Draws the map: what does not change goes into a layer of its own, a little larger than the picture, which is only
-// drawn anew when the view leaves it or zooms; each frame puts the layer there and draws what moves.
+// Draws the map: a layer of what does not move, put where the view is, and over it in each frame what moves.
 
+import { Layer } from "./layer.js";
 import { View } from "./view.js";
 
-// So much of the picture's size is added to the layer at each side: panning and following need no redrawing meanwhile.
-const RIM = 0.3;
-// Points nearer than this to the last one drawn are not seen, pixels.
-const FINE = 0.7;
-const CHUNK = 4000;
+// Points of paths that are drawn in a frame, and what a slow frame is.
+const [LEAST, FIRST, MOST] = [1500, 6000, 60000];
+const SLOW_MS = 24;
+// Lines that are drawn in each frame while the layer is behind.
+const TIP = 50;
 const GRID_PX = 56;
 const ROBOT_MM = 70;
 const ROBOT_PX = 13;
@@ -24,14 +24,15 @@ export class Painter {
   constructor(canvas) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
-    this.layer = document.createElement("canvas");
-    this.layerContext = this.layer.getContext("2d");
     this.view = new View();
-    this.drawn = null; // the view that the layer shows: {x, y, scale, width, height, ...}
+    this.front = new Layer(); // what is shown
+    this.spare = new Layer();
+    this.next = null; // what is being drawn, to be shown next
+    this.budget = FIRST;
+    this.before = 0;
+    this.isBehind = false;
     this.colours = {};
     this.ratio = 1;
-    this.redraws = 0;
-    this.settledOf = new Map();
   }
 
   resize(width, height, ratio) {
@@ -49,7 +50,7 @@ export class Painter {
   }
 
   forget() {
-    this.drawn = null;
+    this.front.key = this.next = null;
   }
 
   // The distance between two lines of the grid, mm.
@@ -62,20 +63,17 @@ export class Painter {
     return palette[(order + Math.max(0, pen - 1)) % palette.length];
   }
 
-  // ---------------------------------------------------------------- the layer
+  // ---------------------------------------------------------------- the layers
 
   // robots: [{name, label, order, isChosen, link, pose, path, obstacles, overlay, limits}]; now: milliseconds.
+  // Whether there is more to draw of what does not move.
   paint(robots, now) {
     const { context, view, ratio } = this;
-    this.bringLayerUpToDate(robots);
+    this.bringUpToDate(robots, now);
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = this.colours.ground;
     context.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    const [left, top] = [
-      ((this.drawn.x - view.x) * view.scale - this.drawn.width / 2 + view.width / 2) * ratio,
-      ((view.y - this.drawn.y) * view.scale - this.drawn.height / 2 + view.height / 2) * ratio,
-    ];
-    context.drawImage(this.layer, Math.round(left), Math.round(top));
+    this.front.putOn(context, view);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     for (const robot of robots) this.drawTip(robot);
     for (const robot of robots) if (robot.overlay) this.drawOverlay(robot);
@@ -83,99 +81,56 @@ export class Painter {
     const chosen = robots.find((robot) => robot.isChosen);
     for (const robot of robots) if (robot !== chosen) this.drawRobot(robot, chosen);
     if (chosen) this.drawRobot(chosen, null);
+    return this.isBehind;
   }
 
-  bringLayerUpToDate(robots) {
-    const { view, drawn } = this;
-    const fits =
-      drawn &&
-      drawn.scale === view.scale &&
-      drawn.key === this.layerKey(robots) &&
-      Math.abs(view.x - drawn.x) * view.scale <= (drawn.width - view.width) / 2 &&
-      Math.abs(view.y - drawn.y) * view.scale <= (drawn.height - view.height) / 2 &&
-      robots.every((robot) => robot.path.settled >= (this.settledOf.get(robot.name) ?? 0));
-    if (fits) {
-      for (const robot of robots) this.settle(robot);
-      return;
-    }
-    this.redraws += 1;
-    const { ratio } = this;
-    const [width, height] = [Math.round(view.width * (1 + 2 * RIM)), Math.round(view.height * (1 + 2 * RIM))];
-    this.drawn = { x: view.x, y: view.y, scale: view.scale, width, height, key: this.layerKey(robots) };
-    if (this.layer.width !== Math.round(width * ratio) || this.layer.height !== Math.round(height * ratio)) {
-      this.layer.width = Math.round(width * ratio);
-      this.layer.height = Math.round(height * ratio);
-    }
-    this.layerContext.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.layerContext.fillStyle = this.colours.ground;
-    this.layerContext.fillRect(0, 0, width, height);
-    this.drawGrid();
-    for (const robot of robots) this.drawObstacles(robot);
-    this.settledOf.clear();
-    for (const robot of robots) {
-      robot.path.settled = 0;
-      this.settle(robot);
-    }
-  }
-
-  // What is in the layer besides the paths.
-  layerKey(robots) {
-    return robots.map((robot) => `${robot.name} ${robot.path.generation} ${robot.obstacles.length}`).join("|");
-  }
-
-  onLayer(x, y) {
-    const { drawn } = this;
-    return [(x - drawn.x) * drawn.scale + drawn.width / 2, (drawn.y - y) * drawn.scale + drawn.height / 2];
-  }
-
-  // The last point may still move: all before it are settled, and go into the layer once.
-  settle(robot) {
-    const { path } = robot;
-    const end = Math.max(0, path.length - 1);
-    if (path.settled < end) {
-      this.drawPath(robot, Math.max(1, path.settled), end);
-      path.settled = end;
-    }
-    this.settledOf.set(robot.name, path.settled);
-  }
-
-  // The lines that end at the points from `start` up to `end` (not included).
-  drawPath({ path, order }, start, end) {
-    const { layerContext: context, drawn } = this;
-    const { scale } = drawn;
-    const [dx, dy] = [drawn.width / 2 - drawn.x * scale, drawn.height / 2 + drawn.y * scale];
-    let i = start;
-    while (i < end) {
-      const pen = path.pen[i];
-      const last = Math.min(end, i + CHUNK);
-      context.beginPath();
-      let [px, py] = [path.x[i - 1] * scale + dx, dy - path.y[i - 1] * scale];
-      context.moveTo(px, py);
-      let isPending = false;
-      let [x, y] = [px, py];
-      for (; i < last && path.pen[i] === pen; i += 1) {
-        x = path.x[i] * scale + dx;
-        y = dy - path.y[i] * scale;
-        isPending = Math.abs(x - px) + Math.abs(y - py) < FINE;
-        if (!isPending) {
-          context.lineTo(x, y);
-          [px, py] = [x, y];
-        }
+  bringUpToDate(robots, now) {
+    const { view } = this;
+    const key = robots.map(({ name, path, obstacles }) => `${name} ${path.epoch} ${obstacles.length}`).join("|");
+    this.adapt(now);
+    const stroke = (context, { order }, pen) => this.stroke(context, order, pen);
+    const begin = (layer) => {
+      layer.begin(view, this.ratio, key, this.colours);
+      this.drawGrid(layer);
+      for (const { obstacles } of robots) this.drawObstacles(layer, obstacles);
+    };
+    if (this.front.key === null) begin(this.front);
+    const isGood = this.front.key === key && this.front.covers(view);
+    if (this.next === null && !isGood) {
+      this.next = this.spare;
+      begin(this.next);
+    } else if (this.next && this.next.key !== key) begin(this.next);
+    if (this.front.key === key) this.front.extend(robots, this.budget, stroke);
+    if (this.next) {
+      this.next.extend(robots, this.budget, stroke);
+      // shown as soon as it is complete, and at once where what is shown is of another path
+      if (this.next.isComplete || this.front.key !== key) {
+        [this.front, this.spare, this.next] = [this.next, this.front, null];
       }
-      if (isPending) context.lineTo(x, y);
-      this.stroke(context, order, pen);
     }
+    this.isBehind = this.next !== null || !this.front.isComplete || !this.front.covers(view);
+  }
+
+  // As many points in a frame as leave it time enough.
+  adapt(now) {
+    const took = now - this.before;
+    this.before = now;
+    if (!this.isBehind) return;
+    if (took > SLOW_MS) this.budget = Math.max(LEAST, this.budget / 2);
+    else this.budget = Math.min(MOST, this.budget * 1.25);
   }
 
   stroke(context, order, pen) {
-    context.lineJoin = context.lineCap = "round";
+    context.lineJoin = "bevel";
+    context.lineCap = "round";
     context.lineWidth = pen ? 2 : 1;
     context.strokeStyle = pen ? this.penColour(order, pen) : this.colours.penUp;
     context.stroke();
   }
 
-  drawGrid() {
-    const { layerContext: context, drawn, colours } = this;
+  drawGrid(drawn) {
+    const { colours } = this;
+    const { context } = drawn;
     const step = this.step;
     const [left, top] = [drawn.x - drawn.width / 2 / drawn.scale, drawn.y + drawn.height / 2 / drawn.scale];
     const [right, bottom] = [drawn.x + drawn.width / 2 / drawn.scale, drawn.y - drawn.height / 2 / drawn.scale];
@@ -187,13 +142,13 @@ export class Painter {
       context.beginPath();
       lines(left, right, (n) => {
         if ((n === 0) !== isAxis) return;
-        const x = Math.round(this.onLayer(n * step, 0)[0]) + 0.5;
+        const x = Math.round(drawn.place(n * step, 0)[0]) + 0.5;
         context.moveTo(x, 0);
         context.lineTo(x, drawn.height);
       });
       lines(bottom, top, (n) => {
         if ((n === 0) !== isAxis) return;
-        const y = Math.round(this.onLayer(0, n * step)[1]) + 0.5;
+        const y = Math.round(drawn.place(0, n * step)[1]) + 0.5;
         context.moveTo(0, y);
         context.lineTo(drawn.width, y);
       });
@@ -202,8 +157,9 @@ export class Painter {
     }
   }
 
-  drawObstacles({ obstacles }) {
-    const { layerContext: context, colours, drawn } = this;
+  drawObstacles(drawn, obstacles) {
+    const { colours } = this;
+    const { context } = drawn;
     context.strokeStyle = colours.wall;
     context.fillStyle = colours.wallFill;
     context.lineWidth = 3;
@@ -211,12 +167,12 @@ export class Painter {
     for (const obstacle of obstacles) {
       context.beginPath();
       if (obstacle.length === 3) {
-        const [x, y] = this.onLayer(obstacle[0], obstacle[1]);
+        const [x, y] = drawn.place(obstacle[0], obstacle[1]);
         context.arc(x, y, obstacle[2] * drawn.scale, 0, 2 * Math.PI);
         context.fill();
       } else {
-        context.moveTo(...this.onLayer(obstacle[0], obstacle[1]));
-        context.lineTo(...this.onLayer(obstacle[2], obstacle[3]));
+        context.moveTo(...drawn.place(obstacle[0], obstacle[1]));
+        context.lineTo(...drawn.place(obstacle[2], obstacle[3]));
       }
       context.stroke();
     }
@@ -224,14 +180,17 @@ export class Painter {
 
   // ---------------------------------------------------------------- what moves
 
-  drawTip({ path, order }) {
+  // What is not in the layer yet: as a rule the last line.
+  drawTip({ name, path, order }) {
     const { context, view } = this;
     const last = path.length - 1;
-    if (last < 0) return;
-    context.beginPath();
-    context.moveTo(...view.toScreen(path.x[Math.max(0, last - 1)], path.y[Math.max(0, last - 1)]));
-    context.lineTo(...view.toScreen(path.x[last], path.y[last]));
-    this.stroke(context, order, path.pen[last]);
+    if (last < 1) return;
+    for (let i = Math.max(1, Math.min(last, this.front.counts.get(name) ?? 0), last - TIP); i <= last; i += 1) {
+      context.beginPath();
+      context.moveTo(...view.toScreen(path.x[i - 1], path.y[i - 1]));
+      context.lineTo(...view.toScreen(path.x[i], path.y[i]));
+      this.stroke(context, order, path.pen[i]);
+    }
   }
 
   drawOverlay({ overlay }) {

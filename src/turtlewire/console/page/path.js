@@ -1,13 +1,15 @@
-// The way that a robot went, as the server tells it: points from an index on replace what was there from that index on.
+// The way that a robot went, on the common ground, as the server tells it: points from an index on replace what was there from that index on.
+
+import { placer } from "./ground.js";
 
 export class Path {
   constructor() {
     this.generation = null;
+    this.place = placer(null);
     this.x = [];
     this.y = [];
     this.pen = []; // 0: up; else the number of its colour; of the line that ends at this point
-    this.settled = 0; // so many points have not changed since the picture of them was begun
-    this.version = 0;
+    this.epoch = 0; // of the points that are not the last: another one where any of them changed
   }
 
   get length() {
@@ -23,18 +25,25 @@ export class Path {
     }
     if (from > this.length) return false;
     this.truncate(from);
-    for (const [x, y, pen] of points) {
+    for (const [ownX, ownY, pen] of points) {
+      const [x, y] = this.place(ownX, ownY);
       this.x.push(x);
       this.y.push(y);
       this.pen.push(pen);
     }
-    this.version += 1;
     return true;
   }
 
+  // Its points have to be taken anew after that.
+  setOrigin(origin) {
+    this.place = placer(origin);
+    this.generation = null;
+    this.truncate(0);
+  }
+
   truncate(length) {
+    if (length < this.length - 1) this.epoch += 1;
     this.x.length = this.y.length = this.pen.length = length;
-    this.settled = Math.min(this.settled, length);
   }
 
   // The smallest box around what was drawn, and around where the robot went: [left, bottom, right, top], or null.

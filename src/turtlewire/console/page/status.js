@@ -1,6 +1,7 @@
 // How the robot is: where, how fast, its equipment, its limit sensors, and what it had to say.
 
 const MAX_NOTICES = 5;
+const AT_LIMIT_MM = 5;
 
 export default {
   props: { state: Object, t: Function, language: String },
@@ -32,10 +33,15 @@ export default {
       const chips = [];
       if (view.pen_down != null) chips.push(["pen", view.pen_down, t(view.pen_down ? "pen_is_down" : "pen_is_up")]);
       if (view.lamp != null) chips.push(["lamp", view.lamp, t(view.lamp ? "lamp_is_on" : "lamp_is_off")]);
-      for (const [sensor, isHit] of Object.entries(view.limits ?? {})) {
-        if (isHit != null) chips.push(["warning", isHit, t(isHit ? "limit_hit" : "limit_clear", { sensor: t(`sensor_${sensor}`) }), "danger"]);
-      }
+      const limit = this.limit;
+      if (limit) chips.push(["warning", true, t("limit_hit", { sensor: t(`sensor_${limit.sensor}`) }), "danger"]);
       return chips;
+    },
+    // Robots tell that a sensor has stopped them, not that it is free again: it is when they are somewhere else.
+    limit() {
+      const { notices, pose } = this.view;
+      const limit = notices.findLast((notice) => notice.code === "limit" && notice.x_mm != null);
+      return limit && Math.hypot(limit.x_mm - pose.x_mm, limit.y_mm - pose.y_mm) < AT_LIMIT_MM ? limit : null;
     },
     certainty() {
       return this.view ? this.t(`certainty_${this.view.certainty}`) : "";
