@@ -110,7 +110,8 @@ class Onlooker:
         with self._news:
             assert self._news.wait_for(stands, DEADLINE_S), "it does not stop"
             last = self._looks[-1]
-            number = next(number for number, look in reversed(list(enumerate(self._looks))) if look.off(last) >= STILL_MM)
+            elsewhere = [look.off(last) >= STILL_MM for look in self._looks]
+            number = len(elsewhere) - 1 - elsewhere[::-1].index(True)
             then, still = self._looks[number], self._looks[number + 1]
             before = next((look for look in reversed(self._looks[:number]) if look.off(then) >= STILL_MM), None)
         if before is None:

@@ -9,7 +9,7 @@ import pytest
 from .conftest import wait_until
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from .conftest import Console, Visitor
 
@@ -26,10 +26,11 @@ def anna(visit: Visit) -> Visitor:
 
 
 @pytest.fixture
-def bo(anna: Visitor, visit: Visit) -> Iterator[Visitor]:
+def bo(anna: Visitor, visit: Visit) -> Visitor:
     """He is second, on a phone."""
     visitor = visit(settings={"name": "Bo"}, phone=True)
     visitor.page.get_by_text("Anna drives").wait_for()
+    assert says(anna) == "You drive"
     return visitor
 
 
