@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import random
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
 import turtlewire
 from turtlewire import picture
+from turtlewire.cli.main import main
 from turtlewire.logo import Interpreter
 
 ROOT = Path(__file__).parents[2]
@@ -20,7 +22,7 @@ URLS = {"maze": f"sim:walter?arena={ROOT}/examples/maze.toml"}
 def test_there_are_ten() -> None:
     assert len(EXAMPLES) == 10
     pictures = {path.stem for path in (ROOT / "docs/pictures").glob("*.svg")}
-    assert {path.stem for path in EXAMPLES} == pictures - {"drive"}  # which shows a terminal
+    assert {path.stem for path in EXAMPLES} == pictures - {"drive", "duet"}  # a terminal; two robots
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -44,3 +46,20 @@ def test_an_example_says_what_it_shows_and_is_in_the_gallery(path: Path) -> None
     gallery = (ROOT / "docs/examples.md").read_text("utf-8")
     assert f"pictures/{path.stem}.svg" in gallery
     assert f"../examples/{path.name}" in gallery
+
+
+def test_two_robots_draw_the_picture_that_the_manual_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The program and the command are the manual's."""
+    manual = (ROOT / "docs/logo.md").read_text("utf-8")
+    program = re.search(
+        r"^```text\n(; duet\.logo: .*?)^```\n\n```text\n\$ turtlewire (.*?)\n",
+        manual,
+        re.MULTILINE | re.DOTALL,
+    )
+    assert program is not None
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "duet.logo").write_text(program[1], "utf-8")
+    assert main(shlex.split(program[2])) == 0
+    assert (tmp_path / "duet.svg").read_text("utf-8") == (ROOT / "docs/pictures/duet.svg").read_text("utf-8")
