@@ -165,7 +165,7 @@ def test_an_error_is_told_with_its_number_and_marked_at_its_place(program: Visit
     error = program.see("[data-part=error]")
     expect(error).to_contain_text("/ doesn't like 0 as input in half")
     expect(error).to_contain_text("Line 2")
-    expect(error).to_contain_text("4")
+    expect(error).to_contain_text("error 4")
     expect(program.see(".tw-finding.error")).to_have_text("/")
 
 

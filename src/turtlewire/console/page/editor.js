@@ -16,6 +16,7 @@ import {
   indentWithTab,
   keymap,
   syntaxHighlighting,
+  tooltips,
 } from "nicegui-codemirror";
 import { logoLanguage } from "./logo.js";
 
@@ -138,6 +139,16 @@ const tooltip = hoverTooltip((view, pos) => {
   };
 });
 
+// Nothing covers the stop, or is covered by it: tooltips keep to the panel.
+const inPanel = tooltips({
+  tooltipSpace(view) {
+    const panel = view.dom.closest(".tw-panel") ?? document.documentElement;
+    const { top, left, bottom, right } = panel.getBoundingClientRect();
+    const style = getComputedStyle(panel);
+    return { top, left, bottom: bottom - (parseFloat(style.paddingBottom) || 0), right };
+  },
+});
+
 // Tags have names; colours are those of the page.
 const highlighter = { style: (tags) => tags.map((tag) => `tok-${tag.toString()}`).join(" ") };
 
@@ -179,6 +190,7 @@ export class Editor {
           findingField,
           runningField,
           tooltip,
+          inPanel,
           EditorView.lineWrapping,
           this.label.of(this.labels(t)),
           EditorView.updateListener.of((update) => {

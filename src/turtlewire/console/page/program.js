@@ -313,7 +313,7 @@ export default {
         <button class="tw-button small" data-act="show-running" @click="showRunning">{{ t('program_show_other') }}</button></p>
       <p v-if="error" class="tw-note error" role="alert" data-part="error">
         <span><button v-if="error.isHere" class="tw-place" @click="goTo(error)">{{ t('program_line', {line: error.line}) }}</button>
-        <b v-if="error.number" class="tw-muted">{{ error.number }}</b> {{ error.message }}
+        {{ error.message }} <span v-if="error.number" class="tw-muted">({{ t('program_number', {number: error.number}) }})</span>
         <small v-if="error.hint">{{ error.hint }}</small></span></p>
       <div class="tw-editor" ref="editor" data-part="editor"></div>
       <section v-if="findings.length" class="tw-findings" :aria-label="t('program_findings')" data-part="findings">
