@@ -94,19 +94,19 @@ def watching_limits(logo: Interpreter, primitive: Primitive) -> Callable[..., Re
         try:
             return function(logo)
         except LimitReachedError as limit:
-            return _limit_reached(logo, limit, sys._getframe(1))
+            return limit_reached(logo, limit, sys._getframe(1))
 
     def one(_logo: Interpreter, value: Value) -> Result:
         try:
             return function(logo, value)
         except LimitReachedError as limit:
-            return _limit_reached(logo, limit, sys._getframe(1))
+            return limit_reached(logo, limit, sys._getframe(1))
 
     def more(_logo: Interpreter, *inputs: Value) -> Result:
         try:
             return function(logo, *inputs)
         except LimitReachedError as limit:
-            return _limit_reached(logo, limit, sys._getframe(1))
+            return limit_reached(logo, limit, sys._getframe(1))
 
     fewest, most = primitive.minimum_inputs, primitive.maximum_inputs
     if fewest == most == 0:
@@ -114,7 +114,8 @@ def watching_limits(logo: Interpreter, primitive: Primitive) -> Callable[..., Re
     return one if fewest == most == 1 else more
 
 
-def _limit_reached(logo: Interpreter, limit: LimitReachedError, frame: FrameType) -> Result:
+def limit_reached(logo: Interpreter, limit: LimitReachedError, frame: FrameType) -> Result:
+    """What ONLIMIT makes of a limit sensor that ended a command of a compiled function, whose frame this is."""
     node, procedure = logo.compiler.node_at(frame)
     outer, logo.procedure = logo.procedure, procedure
     try:

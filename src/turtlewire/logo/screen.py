@@ -57,11 +57,19 @@ class ScreenTurtle(Turtle):
 
     def forward(self, distance_mm: float) -> None:
         """Drive straight ahead; backwards when negative."""
-        self._move(self._x_mm + distance_mm * self._dx, self._y_mm + distance_mm * self._dy)
+        x_before, y_before = self._x_mm, self._y_mm
+        x_mm, y_mm = x_before + distance_mm * self._dx, y_before + distance_mm * self._dy
+        if self._points is None or (x_mm == x_before and y_mm == y_before):
+            self._move(x_mm, y_mm)
+            return
+        # As ``_move``: it is what most programs do most.
+        self._x_mm, self._y_mm = x_mm, y_mm
+        self._points.append((x_mm, y_mm))
 
     def right(self, angle_deg: float) -> None:
         """Turn clockwise; counter-clockwise when negative."""
-        self._turn_to(self._heading_deg + angle_deg)
+        self._heading_deg = heading = (self._heading_deg + angle_deg) % 360.0
+        self._dx, self._dy = direction(heading)
 
     def set_position(self, x_mm: float, y_mm: float) -> None:
         """Go straight to a point and keep the heading."""

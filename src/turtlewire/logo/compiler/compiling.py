@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from turtlewire.logo.calls import invoke
-from turtlewire.logo.compiler.fast import FAST
+from turtlewire.logo.compiler.fast import FAST, MOVES
 from turtlewire.logo.compiler.faults import Record, innermost, translated
 from turtlewire.logo.compiler.runtime import helpers
 from turtlewire.logo.compiler.sites import LOOPS, identifier, primitive_name
@@ -82,7 +82,7 @@ class Compiler:
 
     def line(self, line: Line) -> Callable[[], Any] | None:
         """The function of a line of the program that has a loop in it; ``None`` when it is the evaluator's."""
-        if not self._is_used or not _mentions_loop(line):
+        if not self._is_used or self._logo.marks.traced.variables or not _mentions_loop(line):
             return None
         self._is_fresh = False
         key = f"\n{_spelled_out(line)}"
@@ -195,10 +195,10 @@ class Compiler:
                 self._offer(called)
 
     def _function_of(self, primitive: Primitive, *, moves: bool) -> Callable[..., Any]:
-        if moves:
-            return watching_limits(self._logo, primitive)
-        faster = FAST.get(primitive.name)
-        return faster(primitive.function) if faster else primitive.function
+        faster = (MOVES if moves else FAST).get(primitive.name)
+        if faster is not None:
+            return faster(primitive.function)
+        return watching_limits(self._logo, primitive) if moves else primitive.function
 
     def _provide_kept(self, kept: Kept, lines: Iterable[Line], origin: int) -> None:
         """Let a function from the store find what it uses: its lists stand in the lines that it was made of."""

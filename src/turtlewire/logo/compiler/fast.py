@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+
+from turtlewire.errors import LimitReachedError
 from turtlewire.logo.compiler.runtime import BEGIN_NUMBERS, LETTERS, WORDS
+from turtlewire.logo.events import limit_reached
 from turtlewire.logo.values import EXACT, NIL, Array, Value, equal, word
 
 TYPE_CHECKING = False
@@ -15,6 +19,8 @@ if TYPE_CHECKING:
 
     # A primitive's function; it takes the interpreter, and then its inputs.
     Function = Callable[..., Result]
+
+_FAR = 10**15  # up to here a whole number is one that a float can be
 
 
 def first(primitive: Function) -> Function:
@@ -260,6 +266,83 @@ def ascii_of(primitive: Function) -> Function:
     return fast
 
 
+def forward(primitive: Function) -> Function:
+    """FORWARD by a number of steps that no turtle can leave the numbers with."""
+
+    def fast(logo: Interpreter, steps: Any) -> Result:
+        kind = type(steps)
+        try:
+            if (kind is float and -1e200 < steps < 1e200) or (kind is int and -_FAR < steps < _FAR):
+                logo.turtle.forward(steps * logo.step_mm)
+                return None
+            return primitive(logo, steps)
+        except LimitReachedError as limit:
+            return limit_reached(logo, limit, sys._getframe(1))
+
+    return fast
+
+
+def right(primitive: Function) -> Function:
+    """RIGHT by an ordinary angle."""
+
+    def fast(logo: Interpreter, angle: Any) -> Result:
+        kind = type(angle)
+        try:
+            if kind is float and -1e200 < angle < 1e200:
+                logo.turtle.right(angle)
+                return None
+            if kind is int and -_FAR < angle < _FAR:
+                logo.turtle.right(float(angle))
+                return None
+            return primitive(logo, angle)
+        except LimitReachedError as limit:
+            return limit_reached(logo, limit, sys._getframe(1))
+
+    return fast
+
+
+def back(primitive: Function) -> Function:
+    """BACK, as FORWARD."""
+
+    def fast(logo: Interpreter, steps: Any) -> Result:
+        kind = type(steps)
+        try:
+            if (kind is float and -1e200 < steps < 1e200) or (kind is int and -_FAR < steps < _FAR):
+                logo.turtle.back(steps * logo.step_mm)
+                return None
+            return primitive(logo, steps)
+        except LimitReachedError as limit:
+            return limit_reached(logo, limit, sys._getframe(1))
+
+    return fast
+
+
+def left(primitive: Function) -> Function:
+    """LEFT, as RIGHT."""
+
+    def fast(logo: Interpreter, angle: Any) -> Result:
+        kind = type(angle)
+        try:
+            if kind is float and -1e200 < angle < 1e200:
+                logo.turtle.left(angle)
+                return None
+            if kind is int and -_FAR < angle < _FAR:
+                logo.turtle.left(float(angle))
+                return None
+            return primitive(logo, angle)
+        except LimitReachedError as limit:
+            return limit_reached(logo, limit, sys._getframe(1))
+
+    return fast
+
+
+# Commands that move the robot; each heeds ONLIMIT.
+MOVES: dict[str, Callable[[Function], Function]] = {
+    "forward": forward,
+    "back": back,
+    "right": right,
+    "left": left,
+}
 FAST: dict[str, Callable[[Function], Function]] = {
     "first": first, "last": last, "butfirst": butfirst, "butlast": butlast, "item": item, "char": char,
     "ascii": ascii_of, "mditem": mditem, "mdsetitem": mdsetitem, "count": count, "lput": lput, "memberp": memberp,

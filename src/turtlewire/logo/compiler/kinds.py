@@ -48,6 +48,9 @@ class Kinds:
         keys: the variables that have no value before, and that nothing else can set.
         others: those that it gets from elsewhere; the rest are loops' own.
         at_first: the kinds that more variables have before, and that nothing else can set.
+
+    Attributes:
+        assignments: which variables are given which values.
     """
 
     def __init__(
@@ -59,7 +62,7 @@ class Kinds:
         at_first: dict[str, int] | None = None,
     ) -> None:
         self._survey = survey
-        assigned = self._assignments(nodes)
+        assigned = self.assignments = self._assignments(nodes)
         at_first = at_first or {}
         known = {*keys, *at_first}
         known |= {key for key, value in assigned if isinstance(value, _Counting) and key not in others}

@@ -11,6 +11,7 @@ from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, is_simpl
 from turtlewire.logo.compiler.ending import ProcedureEnding
 from turtlewire.logo.compiler.facts import Survey, local_names
 from turtlewire.logo.compiler.kinds import Kinds
+from turtlewire.logo.compiler.lines import LineWriter
 from turtlewire.logo.compiler.sites import LOOPS, identifier, primitive_name
 from turtlewire.logo.compiler.store import Kept
 from turtlewire.logo.syntax import Call
@@ -26,6 +27,13 @@ if TYPE_CHECKING:
     from turtlewire.logo.reader import Line
     from turtlewire.logo.syntax import Invocation, Literal
     from turtlewire.logo.values import Value
+
+
+# Variables that primitives ask for.
+_HEEDED = frozenset((
+    "allowgetset", "buttonact", "caseignoredp", "commandline", "erract", "fullprintp", "keyact", "loadnoisily",
+    "printdepthlimit", "printwidthlimit", "redefp", "startup", "unburyonedit", "usealternatenames",
+))  # fmt: skip
 
 
 class Written(NamedTuple):
@@ -103,8 +111,6 @@ class Writer(Namer):
         survey = self._survey
         nodes = survey.parse(line)
         facts = survey.facts_of(nodes)
-        emitter = Emitter(survey, facts, self, self._may_be_local(facts, survey.reached_from(facts)))
-        emitter.is_line = True
         self._drafts.clear()
         self._wanted = []
         self._uses = _Uses(line.offsets[0] if line.offsets else 0)
@@ -114,12 +120,12 @@ class Writer(Namer):
             ):
                 raise RefusedError("no loop in it")
             self._refuse_unseen(facts)
-            emitter.site(nodes[0])  # where it is when it is nowhere in particular
-            emitter.instructions(nodes)
+            may_be_local = self._may_be_local(facts, survey.reached_from(facts))
+            emitter = LineWriter(survey, nodes, facts, self, may_be_local).written()
         except RefusedError as refused:
             return Written(None, Kept(None, str(refused), {}, [], [], []), [], {}, [])
         tree: list[ast.stmt] = [py.function("line", [], emitter.body)]
-        return _finished(None, _Draft(tree, emitter.sites, {}, self._uses), "line")
+        return _finished(None, _Draft(tree, emitter.sites, emitter.names, self._uses), "line")
 
     def sites_of(self, procedure: UserProcedure) -> list[Site]:
         """The instructions of a procedure that can fail, as numbered in its function."""
@@ -272,7 +278,7 @@ class Writer(Namer):
         seen: set[str] = set()
         for each in reached:
             seen |= survey.facts(each).free
-        return lambda key: key not in seen
+        return lambda key: key not in seen and key not in _HEEDED
 
     # ------------------------------------------------------------------ names
 
