@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 # What drivers allow for where nobody says otherwise (their settings): an entry says it only if it is not enough.
 ENOUGH_BOOT_S = 2.0
-ENOUGH_CAR_DELAY_S = 0.1
+ENOUGH_CAR_DELAY_S = 0.025
 ENOUGH_WALTER_REPLY_S = 0.25
 # A robot that is heard so early has not been reset.
 AT_ONCE_S = 0.5

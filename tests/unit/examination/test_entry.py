@@ -22,9 +22,9 @@ def test_what_drivers_allow_for_anyway_is_not_said() -> None:
 
 
 def test_a_slow_adapter() -> None:
-    # 8 bytes at 19200 take 4.2 ms of the 164.
-    slow = CAR._replace(round_trip=RoundTrip(0.15, 0.14, 0.164, 20))
-    assert lines(slow)["reply_delay_s"] == pytest.approx(2 * (0.164 - 80 / 19200), abs=0.001)
+    # 8 bytes at 19200 take 4.2 ms of the 64.
+    slow = CAR._replace(round_trip=RoundTrip(0.05, 0.04, 0.064, 20))
+    assert lines(slow)["reply_delay_s"] == pytest.approx(2 * (0.064 - 80 / 19200), abs=0.001)
     assert lines(WALTER._replace(round_trip=RoundTrip(0.2, 0.1, 0.3, 20)))["reply_timeout_s"] == 0.6
 
 

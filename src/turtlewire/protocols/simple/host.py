@@ -78,7 +78,7 @@ class Host:
         *,
         baud: int = BAUD,
         window: int = 1,
-        reply_delay_s: float = 0.2,
+        reply_delay_s: float = 0.05,
         retries: int = 3,
         boot_s: float = 2.5,
         heartbeat_s: float | None = None,

@@ -38,7 +38,7 @@ class Settings(NamedTuple):
     tolerance_mm: float = 1.0
     pen_light: bool = False
     window: int = 1
-    reply_delay_s: float = 0.2
+    reply_delay_s: float = 0.05
     retries: int = 3
     boot_s: float = 2.5
     heartbeat_s: float | None = None
