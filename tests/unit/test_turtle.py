@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from turtlewire import turtle
 from turtlewire.turtle import (
     ARC_SAGITTA_MM,
     HOME,
@@ -91,6 +92,16 @@ def test_a_direction_is_a_unit_vector_clockwise_from_up(heading: float) -> None:
     dx, dy = direction(heading)
     assert math.hypot(dx, dy) == pytest.approx(1.0)
     assert abs(wrapped(math.degrees(math.atan2(dx, dy)) - heading)) < 1e-6
+
+
+def test_few_directions_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(turtle, "_DIRECTIONS_KEPT", 3)
+    first = direction(0.5)
+    assert direction(0.5) is first
+    for tenth in range(40):
+        direction(tenth / 10)
+    assert direction(0.5) == first
+    assert direction(0.5) is not first
 
 
 @given(angles)

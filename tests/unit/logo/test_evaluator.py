@@ -258,7 +258,7 @@ class TestInterpreter:
     def test_the_recursion_limit_is_put_back(
         self, session: Session, make_session: Callable[..., Session]
     ) -> None:
-        limit = sys.getrecursionlimit()
+        before, limit = sys.getrecursionlimit(), 5_000
         seen: list[int] = []
 
         def run_another(_: str) -> None:
@@ -266,9 +266,13 @@ class TestInterpreter:
             seen.append(sys.getrecursionlimit())
 
         session.interpreter.write = run_another
-        session.run("print 1")
-        assert seen[0] > 100_000
-        assert sys.getrecursionlimit() == limit
+        sys.setrecursionlimit(limit)
+        try:
+            session.run("print 1")
+            assert seen[0] > 100_000
+            assert sys.getrecursionlimit() == limit
+        finally:
+            sys.setrecursionlimit(before)
 
     @pytest.mark.parametrize("step", [0.0, -1.0, float("inf"), float("nan")])
     def test_a_step_has_a_size(self, step: float) -> None:

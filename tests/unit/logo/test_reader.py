@@ -8,7 +8,7 @@ from turtlewire.logo.values import show
 
 
 def lines(text: str) -> list[str]:
-    return [show(line.value) for line in read(text) if isinstance(line, Line)]
+    return [show(line.value, with_origins=True) for line in read(text) if isinstance(line, Line)]
 
 
 def error(text: str) -> LogoError:
@@ -27,6 +27,15 @@ def error(text: str) -> LogoError:
         ("a ~\nb", ["[a b]"]),
         ("a~\nb", ["[ab]"]),
         ("a~b ~ c", ["[a~b ~ c]"]),
+        ("a ~ \t \nb", ["[a b]"]),
+        ("a~ \t \nb", ["[ab]"]),
+        ("a ~", ["[a ~]"]),
+        ("{a b}@0", ["[{a b}@0]"]),
+        ("{a b}@-12 c", ["[{a b}@-12 c]"]),
+        ("{a b}@ c", ["[{a b} c]"]),
+        ("{a b}@- c", ["[{a b} - c]"]),
+        ("{a b}c", ["[{a b} c]"]),
+        (f"{{a}}@{'1' * 15}2", [f"[{{a}}@{'1' * 15} 2]"]),
         ("a ; b\nc", ["[a]", "[c]"]),
         ("a; b ~\nc", ["[ac]"]),
         ("a ;b ~\nc", ["[a c]"]),
