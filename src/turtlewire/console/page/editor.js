@@ -144,8 +144,9 @@ const inPanel = tooltips({
   tooltipSpace(view) {
     const panel = view.dom.closest(".tw-panel") ?? document.documentElement;
     const { top, left, bottom, right } = panel.getBoundingClientRect();
-    const style = getComputedStyle(panel);
-    return { top, left, bottom: bottom - (parseFloat(style.paddingBottom) || 0), right };
+    const free = bottom - (parseFloat(getComputedStyle(panel).paddingBottom) || 0);
+    const cursor = view.coordsAtPos(view.state.selection.main.head)?.bottom ?? 0;
+    return { top, left, bottom: Math.min(bottom, Math.max(free, cursor + 1)), right };
   },
 });
 
@@ -274,7 +275,7 @@ export class Editor {
     const { view } = this;
     const effects = [setRunning.of({ line, stands })];
     if (line && line <= view.state.doc.lines) {
-      effects.push(EditorView.scrollIntoView(view.state.doc.line(line).from, { y: "nearest", yMargin: 40 }));
+      effects.push(EditorView.scrollIntoView(view.state.doc.line(line).from, { y: "nearest", yMargin: 84 }));
     }
     view.dispatch({ effects });
   }

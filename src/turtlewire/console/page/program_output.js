@@ -23,7 +23,9 @@ export default {
     written: { immediate: true, handler: "fetch" },
     async asks(asks) {
       await this.$nextTick();
-      if (asks && this.drives) this.$refs.line?.focus();
+      if (!asks || !this.drives || !this.$refs.line) return;
+      this.$refs.line.focus({ preventScroll: true });
+      this.$refs.line.scrollIntoView({ block: "center" });
     },
   },
 
