@@ -143,13 +143,16 @@ class Gate:
     Args:
         app: behind it.
         door: how the console is reached.
+        clock: seconds; it can be changed.
+
+    Attributes:
         clock: seconds.
     """
 
     def __init__(self, app: ASGIApp, door: Door, clock: Callable[[], float]) -> None:
         self._app = app
         self._door = door
-        self._clock = clock
+        self.clock = clock
         self._requests = Buckets(RATE_PER_S, AT_ONCE)
         self._guesses = Buckets(GUESSES_PER_S, GUESSES_AT_ONCE)
 
@@ -169,14 +172,15 @@ class Gate:
             await _answer(send, 303, b"", [("location", entry), ("set-cookie", self._set_cookie())])
             return
         body = Body(receive)
-        try:
-            await self._app(scope, body.receive, _with_headers(send, request))
-        except Refused as refusal:
-            await self._refuse(request, refusal, send)
+        # What reads the body may make something else of its refusal.
+        with contextlib.suppress(Refused):
+            await self._app(scope, body.receive, _with_headers(send, request, body))
+        if body.refusal is not None:
+            await self._refuse(request, body.refusal, send)
 
     def _check(self, request: Request) -> None:
         """Raises ``Refused``."""
-        now = self._clock()
+        now = self.clock()
         if not STOPS.fullmatch(request.path) and not self._requests.take(request.address, now):
             raise Refused(429, "rate", f"more than {RATE_PER_S:.0f} requests a second come from this address")
         self._check_host(request)
@@ -239,7 +243,7 @@ class Gate:
     def _compare(self, request: Request, token: str) -> None:
         if hmac.compare_digest(token.encode(), self._door.token.encode()):
             return
-        if not self._guesses.take(request.address, self._clock()):
+        if not self._guesses.take(request.address, self.clock()):
             raise Refused(429, "guesses", "too many wrong tokens have come from this address: wait a minute")
         raise Refused(401, "token", "this is not the console's token: it is a new one at each start")
 
@@ -286,9 +290,14 @@ class Buckets:
 
 
 class Body:
-    """Counts what comes."""
+    """Counts what comes.
+
+    Attributes:
+        refusal: it was too long, and this is the answer.
+    """
 
     def __init__(self, receive: Receive) -> None:
+        self.refusal: Refused | None = None
         self._receive = receive
         self._size = 0
 
@@ -298,7 +307,8 @@ class Body:
         if message["type"] == "http.request":
             self._size += len(message.get("body", b""))
             if self._size > MAX_BODY:
-                raise Refused(413, "size", f"a request is at most {MAX_BODY} bytes long")
+                self.refusal = Refused(413, "size", f"a request is at most {MAX_BODY} bytes long")
+                raise self.refusal
         return message
 
 
@@ -310,8 +320,10 @@ def _host_name(host: str) -> str:
         return ""
 
 
-def _with_headers(send: Send, request: Request) -> Send:
+def _with_headers(send: Send, request: Request, body: Body) -> Send:
     async def send_with(message: Message) -> None:
+        if body.refusal is not None:
+            return
         if message["type"] == "http.response.start":
             headers = list(message.get("headers", []))
             if OURS.match(request.path):

@@ -129,9 +129,10 @@ class Service:
 
             mount(app)
         self._listener = listener
+        self.gate = Gate(app, door, console.now)
         self._server = _Server(
             uvicorn.Config(
-                Gate(app, door, console.now),
+                self.gate,
                 ws="websockets-sansio",
                 ws_max_size=MAX_SOCKET_MESSAGE,
                 log_config=None,
