@@ -1,4 +1,4 @@
-"""The console as people use it: a real process with simulated robots, and Debian's Chromium, by clicks, touches and keys.
+"""The console as people use it: a real process with simulated robots, and Debian's Chromium, by clicks, touches, keys.
 
 A test that needs the page asks for ``visit``; every page is watched, and has to end without a word on its console
 and without a request to any other host.
@@ -26,7 +26,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from playwright.sync_api import Browser, BrowserContext, CDPSession, ConsoleMessage, Locator, Page, Request
+    from playwright.sync_api import (
+        Browser,
+        BrowserContext,
+        CDPSession,
+        ConsoleMessage,
+        Locator,
+        Page,
+        Request,
+    )
 
 DEADLINE_S = 40.0
 # A robot that is where it was for so long stands.
@@ -40,13 +48,13 @@ ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
 ]
-PHONE = {
+PHONE: dict[str, Any] = {
     "viewport": {"width": 390, "height": 780},
     "device_scale_factor": 2,
     "has_touch": True,
     "is_mobile": True,
 }
-DESKTOP = {"viewport": {"width": 1280, "height": 800}}
+DESKTOP: dict[str, Any] = {"viewport": {"width": 1280, "height": 800}}
 ADDRESS = re.compile(r"turtlewire console: (\S+)")
 
 
@@ -128,7 +136,7 @@ class Console:
 
     def moves(self, robot: str) -> bool:
         view = self.view(robot)
-        return abs(view["speed_mm_per_s"]) > 1.0 or abs(view["turn_deg_per_s"]) > 1.0
+        return bool(abs(view["speed_mm_per_s"]) > 1.0 or abs(view["turn_deg_per_s"]) > 1.0)
 
     def wait_for_motion(self, robot: str) -> None:
         wait_until(lambda: self.moves(robot), f"{robot} to move")
@@ -241,7 +249,7 @@ class Visitor:
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, box["width"] / 2
 
     def touch(self, kind: str, *places: tuple[float, float]) -> None:
-        """Fingers: ``touchStart``, ``touchMove``, ``touchEnd`` or ``touchCancel``, each with the places that are touched."""
+        """Fingers: ``touchStart``, ``touchMove``, ``touchEnd`` or ``touchCancel``, and all places that are touched."""
         if self._touch is None:
             self._touch = self.context.new_cdp_session(self.page)
         points = [{"x": x, "y": y, "id": number} for number, (x, y) in enumerate(places)]
@@ -282,12 +290,12 @@ def console(shared_console: Console) -> Iterator[Console]:
     """The three simulated robots, which stand, and nobody drives them."""
     yield shared_console
     shared_console.stop()
-    for robot in shared_console.robots():
-        wait_until(lambda name=robot["name"]: _is_free(shared_console.state(name)), "everybody to be gone")
+    wait_until(lambda: _is_left(shared_console), "everybody to be gone")
 
 
-def _is_free(state: dict[str, Any]) -> bool:
-    return state["wheel"]["driver"] is None and state["wheel"]["watchers"] == 0
+def _is_left(console: Console) -> bool:
+    wheels = [console.state(robot["name"])["wheel"] for robot in console.robots()]
+    return all(wheel["driver"] is None and wheel["watchers"] == 0 for wheel in wheels)
 
 
 @pytest.fixture(scope="session")
@@ -299,12 +307,9 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-Visit = "Callable[..., Visitor]"
-
-
 @pytest.fixture
 def visit(console: Console, chromium: Browser) -> Iterator[Callable[..., Visitor]]:
-    """Visit the console: ``visit(phone=True, dark=True, language="sv-SE", robot="car", settings={...}, console=other)``."""
+    """Visit the console: ``visit(phone=True, dark=True, language="sv-SE", robot="car", settings={...}, at=other)``."""
     visitors: list[Visitor] = []
 
     def come(
@@ -318,7 +323,7 @@ def visit(console: Console, chromium: Browser) -> Iterator[Callable[..., Visitor
         before: Callable[[Visitor], None] | None = None,
     ) -> Visitor:
         context = chromium.new_context(
-            **(PHONE if phone else DESKTOP),  # type: ignore[arg-type] # typed as one dictionary
+            **(PHONE if phone else DESKTOP),
             locale=language,
             color_scheme="dark" if dark else "light",
             accept_downloads=True,

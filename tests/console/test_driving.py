@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -72,6 +73,45 @@ def test_a_key_drives_while_it_is_held(
         console.wait_for_rest("walter")
 
 
+def test_set_points_are_sent_while_something_is_held_and_no_longer(console: Console, visit: Visit) -> None:
+    sent: list[dict[str, Any]] = []
+
+    def listen(visitor: Visitor) -> None:
+        visitor.page.on(
+            "websocket",
+            lambda socket: socket.on("framesent", lambda frame: sent.append(_message(frame))),
+        )
+
+    visitor = visit(before=listen)
+    wait = visitor.page.wait_for_timeout
+    for grip in (1, 2):
+        sent.clear()
+        with visitor.holding("ArrowUp"):
+            while len([each for each in sent if each.get("type") == "drive"]) < 8:
+                wait(10)
+            with visitor.holding("ArrowRight"):  # more of the same grip
+                wait(100)
+        wait(150)
+        drives = [each for each in sent if each.get("type") == "drive"]
+        assert {each["grip"] for each in drives} == {grip}
+        numbers = [each["number"] for each in drives]
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+        assert all(each["stamp"] > 0 and 0 <= each["age_ms"] < 5000 for each in drives)
+        assert all(abs(each["speed"]) <= 0.5 and abs(each["turn"]) <= 0.5 for each in drives)
+        said = [each for each in sent if each.get("type") in ("drive", "release")]
+        assert [each["type"] for each in said[-2:]] == ["drive", "release"]
+    console.wait_for_rest("walter")
+
+
+def _message(frame: str | bytes) -> dict[str, Any]:
+    """A message of the stream; NiceGUI's own are nothing here."""
+    try:
+        message = json.loads(frame)
+    except ValueError:
+        return {}
+    return message if isinstance(message, dict) else {}
+
+
 def test_a_letter_of_another_layout_does_not_drive(console: Console, visit: Visit) -> None:
     visitor = visit(settings={"layout": "arrows"})
     with visitor.holding("w"):
@@ -110,7 +150,9 @@ def test_letters_that_are_typed_do_not_drive(console: Console, visit: Visit) -> 
     assert not console.moves("walter")
     assert console.state("walter")["wheel"]["driver"] is not None
     field.press("Escape")
-    wait_until(lambda: console.state("walter")["wheel"]["driver"] is None, "Escape to stop, while typing, too")
+    wait_until(
+        lambda: console.state("walter")["wheel"]["driver"] is None, "Escape to stop, while typing, too"
+    )
 
 
 @pytest.mark.parametrize("by", ["Escape", " ", "button"])

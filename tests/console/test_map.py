@@ -42,8 +42,8 @@ async ([count, doing]) => {
   const act = {
     pan: (n) => drag(n % 2 ? 9 : -9, 4),
     far: (n) => drag(n < 30 ? 50 : -50, 0),
-    zoom: (n) => canvas.dispatchEvent(new WheelEvent("wheel", {deltaY: n % 30 < 15 ? 40 : -40, clientX: 400, clientY: 400,
-      bubbles: true, cancelable: true})),
+    zoom: (n) => canvas.dispatchEvent(new WheelEvent("wheel", {deltaY: n % 30 < 15 ? 40 : -40,
+      clientX: 400, clientY: 400, bubbles: true, cancelable: true})),
   }[doing];
   const canvas = document.querySelector(".tw-map canvas");
   canvas.setPointerCapture = () => {};
@@ -216,10 +216,8 @@ def test_a_limit_is_told_clearly(
     other.wait_for_rest(name)
 
 
-def test_frames_with_a_long_path(
-    console: Console, visit: Visit, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """10^5 points; how long the frames take is printed: it depends on the machine, and is no matter of right or wrong."""
+def test_frames_with_a_long_path(console: Console, visit: Visit, capsys: pytest.CaptureFixture[str]) -> None:
+    """10^5 points; how long the frames take is printed: it depends on the machine, and is not right or wrong."""
     count = 100_000
     points = [
         [
@@ -233,7 +231,8 @@ def test_frames_with_a_long_path(
 
     def long_path(visitor: Visitor) -> None:
         visitor.page.route(
-            "**/api/robots/walter/path*", lambda route: route.fulfill(body=body, content_type="application/json")
+            "**/api/robots/walter/path*",
+            lambda route: route.fulfill(body=body, content_type="application/json"),
         )
 
     # the same generation as the server's: its new points do not fit, and are fetched, from here again

@@ -121,7 +121,7 @@ export default {
       stop,
       act,
       layout: () => this.settings.layout,
-      isBusy: () => this.$refs.dialog?.open ?? false,
+      isBusy: () => document.querySelector("dialog[open]") !== null,
     });
     this.gamepads = new Gamepads({
       grip: this.grip,
@@ -348,9 +348,9 @@ export default {
               <program v-if="visited.program" v-show="tab === 'program'" :api="api" :robot="robot" :state="state" :t="t"></program>
               <traffic v-if="visited.traffic" v-show="tab === 'traffic'" :api="api" :robot="robot" :state="state" :t="t"></traffic>
               <div v-if="visited.link" v-show="tab === 'link'">
-                <faults :api="api" :robot="robot" :state="state" :t="t"></faults>
                 <charts :key="robot" :state="state" :samples="sample" :is-shown="tab === 'link'" :theme="settings.theme" :t="t"
                   :language="settings.language"></charts>
+                <faults :api="api" :robot="robot" :state="state" :t="t"></faults>
               </div>
             </div>
           </div>

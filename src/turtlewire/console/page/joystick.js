@@ -45,6 +45,6 @@ export default {
   },
 
   template: `
-    <div class="tw-stick" :class="{held: isHeld}" ref="zone" role="img" :aria-label="t('joystick')"></div>
+    <div class="tw-stick" :class="{held: isHeld}" ref="zone" role="img" @contextmenu.prevent :aria-label="t('joystick')"></div>
   `,
 };

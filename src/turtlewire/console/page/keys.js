@@ -82,6 +82,8 @@ export class Keys {
       if (key === " ") event.preventDefault();
       return;
     }
+    // some systems tell no releases while such a key is held
+    if (key === "Meta" || key === "OS") this.grip.letGo("blur");
     if (isTyping || event.ctrlKey || event.altKey || event.metaKey || this.isBusy() || ownsKey(target, key)) return;
     const name = this.layout();
     const layout = LAYOUTS[name];
