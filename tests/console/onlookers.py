@@ -113,10 +113,14 @@ class Onlooker:
             elsewhere = [look.off(last) >= STILL_MM for look in self._looks]
             number = len(elsewhere) - 1 - elsewhere[::-1].index(True)
             then, still = self._looks[number], self._looks[number + 1]
-            before = next((look for look in reversed(self._looks[:number]) if look.off(then) >= STILL_MM), None)
+            before = next(
+                (look for look in reversed(self._looks[:number]) if look.off(then) >= STILL_MM), None
+            )
         if before is None:
             return still.time_s
-        return min(still.time_s, then.time_s + then.off(last) * (then.time_s - before.time_s) / then.off(before))
+        return min(
+            still.time_s, then.time_s + then.off(last) * (then.time_s - before.time_s) / then.off(before)
+        )
 
     def close(self) -> None:
         self._open.close()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, StrictBool, StrictStr
 
@@ -74,7 +74,7 @@ class PathPiece(BaseModel):
 
     generation: int
     start: int = Field(serialization_alias="from")
-    points: list[tuple[Millimetres, Millimetres, int]] = Field(
+    points: list[Annotated[list[float], Field(min_length=3, max_length=3)]] = Field(
         description="x, y, and 1 where the pen was down on the way there"
     )
 

@@ -111,7 +111,9 @@ async def state(console: ConsoleOf, station: StationOf) -> Response:
 def path(station: StationOf, since: Annotated[int, Query(ge=0, le=2**53)] = 0) -> models.PathPiece:
     """Where the robot has been, from an index on. Its last point may still move: ask for that again."""
     piece = station.path.since(since, MAX_POINTS)
-    return models.PathPiece(generation=piece.generation, start=piece.start, points=piece.points)
+    return models.PathPiece(
+        generation=piece.generation, start=piece.start, points=[list(point) for point in piece.points]
+    )
 
 
 @router.get(
