@@ -55,9 +55,11 @@ class Lease:
 
         The future raises what the work raises; ``StoppedError`` after a stop, whatever the work was.
         """
+        coroutine = self._carry_out(work)
         try:
-            return asyncio.run_coroutine_threadsafe(self._carry_out(work), self._loop)
+            return asyncio.run_coroutine_threadsafe(coroutine, self._loop)
         except RuntimeError:  # the robot's thread has ended
+            coroutine.close()
             future: concurrent.futures.Future[T] = concurrent.futures.Future()
             future.set_exception(StoppedError(STOPPED))
             return future

@@ -119,9 +119,11 @@ class Page:
         assert message["code"] == code, message
         return message
 
-    def ended(self) -> int:
-        """The code with which the server ends the stream."""
+    def ended_by(self, text: str, times: int) -> int:
+        """The code with which the server ends the stream of whoever says this so often."""
         try:
+            for _ in range(times):
+                self.socket.send(text)
             while True:
                 self.hear()
         except ConnectionClosed as closed:
