@@ -231,7 +231,8 @@ def test_examples_and_changes_that_are_not_left_unasked(program: Visitor) -> Non
 
 
 def test_words_are_completed_with_their_inputs_and_help(program: Visitor) -> None:
-    write(program, "to zigzag :width\nend\n")
+    write(program, "to zigzag :width\n  fd 1\nend\n")
+    expect(program.see(".tok-typeName")).to_have_text("fd")  # it knows Logo's words by now
     program.page.keyboard.press("Control+End")
     program.page.keyboard.type("setpo")
     proposals = program.see(".cm-tooltip-autocomplete li")
@@ -247,8 +248,8 @@ def test_words_are_completed_with_their_inputs_and_help(program: Visitor) -> Non
     expect(proposals).to_contain_text("zigzag:width")
     program.page.wait_for_timeout(120)
     program.page.keyboard.press("Enter")
-    expect(program.see(f"{CONTENT} .cm-line").nth(2)).to_have_text("setpos [0 0]")
-    expect(program.see(f"{CONTENT} .cm-line").nth(3)).to_have_text("zigzag")
+    expect(program.see(f"{CONTENT} .cm-line").nth(3)).to_have_text("setpos [0 0]")
+    expect(program.see(f"{CONTENT} .cm-line").nth(4)).to_have_text("zigzag")
 
 
 def test_in_the_editor_space_is_a_space_and_escape_stops(program: Visitor, console: Console) -> None:
