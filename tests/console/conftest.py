@@ -55,6 +55,17 @@ PHONE: dict[str, Any] = {
     "is_mobile": True,
 }
 DESKTOP: dict[str, Any] = {"viewport": {"width": 1280, "height": 800}}
+TICKS = """
+() => new Promise((done) => {
+  let left = 5;
+  const timer = setInterval(() => {
+    left -= 1;
+    if (left > 0) return;
+    clearInterval(timer);
+    done();
+  }, 40);
+})
+"""
 ADDRESS = re.compile(r"turtlewire console: (\S+)")
 
 
@@ -263,6 +274,40 @@ class Visitor:
             yield
         finally:
             self.page.keyboard.up(key)
+
+    @contextmanager
+    def driving(self, key: str, until: Callable[[], object]) -> Iterator[None]:
+        """A key is held, and has done what it should. See ``drive``."""
+        keyboard = self.page.keyboard
+        self.drive(lambda: keyboard.down(key), lambda: keyboard.up(key), until)
+        try:
+            yield
+        finally:
+            keyboard.up(key)
+
+    def drive(
+        self, press: Callable[[], object], release: Callable[[], object], until: Callable[[], object]
+    ) -> None:
+        """Press until something is so. Set-points may be late on a busy computer, which ends a grip: press anew."""
+        ended = self.page.locator(".tw-hand-says.ended")
+        done = False
+
+        def has_done() -> bool:
+            nonlocal done
+            done = bool(until())
+            return done or ended.count() > 0
+
+        deadline = time.monotonic() + DEADLINE_S
+        while not done:
+            assert time.monotonic() < deadline, f"it does not drive: {ended.all_inner_texts()}"
+            press()
+            wait_until(has_done, "the robot to be driven")
+            if not done:
+                release()
+
+    def let_timers_run(self) -> None:
+        """Until what the page does again and again has been done some times."""
+        self.page.evaluate(TICKS)
 
 
 @pytest.fixture(scope="session")

@@ -36,16 +36,16 @@ def _way(console: Console, robot: str, before: dict[str, Any]) -> tuple[float, f
     return dx * math.sin(heading) + dy * math.cos(heading), turn
 
 
-def _wait_for_way(
+def _gone(
     console: Console, robot: str, before: dict[str, Any], *, ahead: int = 0, turn: int = 0
-) -> None:
-    """Until it has gone at least a little in this direction, and not in the other."""
+) -> Callable[[], bool]:
+    """Whether it has gone at least a little in this direction."""
 
     def has_gone() -> bool:
         way, turned = _way(console, robot, before)
         return (way * ahead > 3.0 if ahead else True) and (turned * turn > 3.0 if turn else True)
 
-    wait_until(has_gone, f"{robot} to go {ahead} ahead, {turn} around")
+    return has_gone
 
 
 def _says(visitor: Visitor) -> str:
@@ -66,9 +66,7 @@ def test_a_key_drives_while_it_is_held(
     visitor = visit(settings={"layout": layout})
     for key, (ahead, turn) in keys.items():
         before = console.view("walter")["pose"]
-        with visitor.holding(key):
-            _wait_for_way(console, "walter", before, ahead=ahead, turn=turn)
-            assert _says(visitor) == "Driving"
+        with visitor.driving(key, _gone(console, "walter", before, ahead=ahead, turn=turn)):
             assert visitor.see(".tw-wheel-says").inner_text() == "You drive"
         console.wait_for_rest("walter")
 
@@ -115,7 +113,7 @@ def _message(frame: str | bytes) -> dict[str, Any]:
 def test_a_letter_of_another_layout_does_not_drive(console: Console, visit: Visit) -> None:
     visitor = visit(settings={"layout": "arrows"})
     with visitor.holding("w"):
-        visitor.page.wait_for_timeout(200)
+        visitor.let_timers_run()
         assert console.state("walter")["wheel"]["driver"] is None
 
 
@@ -134,8 +132,15 @@ def test_keys_can_be_switched_off_but_for_the_stop(console: Console, visit: Visi
 def test_a_car_drives_and_steers_at_once(console: Console, visit: Visit) -> None:
     visitor = visit(robot="car")
     before = console.view("car")["pose"]
-    with visitor.holding("w"), visitor.holding("d"):
-        _wait_for_way(console, "car", before, ahead=1, turn=1)
+    keyboard = visitor.page.keyboard
+    keys = ("w", "d")
+    visitor.drive(
+        lambda: [keyboard.down(key) for key in keys],
+        lambda: [keyboard.up(key) for key in keys],
+        _gone(console, "car", before, ahead=1, turn=1),
+    )
+    for key in keys:
+        keyboard.up(key)
     console.wait_for_rest("car")
 
 
@@ -159,8 +164,7 @@ def test_letters_that_are_typed_do_not_drive(console: Console, visit: Visit) -> 
 def test_a_stop_ends_the_grip_until_a_new_press(console: Console, visit: Visit, by: str) -> None:
     visitor = visit()
     keyboard = visitor.page.keyboard
-    keyboard.down("w")
-    console.wait_for_motion("walter")
+    visitor.drive(lambda: keyboard.down("w"), lambda: keyboard.up("w"), lambda: console.moves("walter"))
     if by == "button":
         visitor.press(".tw-stop")
     else:
@@ -171,32 +175,27 @@ def test_a_stop_ends_the_grip_until_a_new_press(console: Console, visit: Visit, 
     keyboard.down("w")  # it repeats, as a key that is held does
     console.wait_for_rest("walter")
     keyboard.up("w")
-    keyboard.down("w")
-    console.wait_for_motion("walter")
-    keyboard.up("w")
+    with visitor.driving("w", lambda: console.moves("walter")):
+        pass
     console.wait_for_rest("walter")
 
 
 def test_the_stop_of_all_stops_the_others_too(console: Console, visit: Visit) -> None:
     driver, other = visit(robot="car"), visit(robot="walter")
-    with driver.holding("w"):
-        console.wait_for_motion("car")
+    with driver.driving("w", lambda: console.moves("car")):
         other.press(".tw-stop")  # only walter
-        other.page.wait_for_timeout(100)
-        console.wait_for_motion("car")
+        wait_until(lambda: console.state("walter")["wheel"]["driver"] is None, "walter's wheel to be free")
+        assert console.state("car")["wheel"]["driver"] is not None
         other.press(".tw-stop-all")
         console.wait_for_rest("car")
-    assert _says(driver) in {
-        "The wheel was taken away: the robot stands.",
-        "Stopped. Let go, then hold again to drive.",
-    }
+    assert driver.see(".tw-hand-says.ended").count() == 1
     with driver.holding("w"):
         driver.page.get_by_text("Somebody stopped the robot: take the wheel to drive.").wait_for()
         assert not console.moves("car")
     driver.button("Take the wheel").click()
     driver.page.get_by_text("You drive").wait_for()
-    with driver.holding("w"):
-        console.wait_for_motion("car")
+    with driver.driving("w", lambda: console.moves("car")):
+        pass
     console.wait_for_rest("car")
 
 
@@ -205,15 +204,17 @@ def test_the_joystick_under_a_mouse(console: Console, visit: Visit) -> None:
     mouse = visitor.page.mouse
     before = console.view("walter")["pose"]
     x, y, radius = visitor.middle(STICK)
+
+    def press() -> None:
+        mouse.move(x, y)
+        mouse.down()
+        mouse.move(x, y - radius * 0.8, steps=4)
+
+    visitor.drive(press, mouse.up, _gone(console, "walter", before, ahead=1))
     mouse.move(x, y)
-    mouse.down()
-    mouse.move(x, y - radius * 0.8, steps=4)
-    _wait_for_way(console, "walter", before, ahead=1)
-    mouse.move(x, y)
-    console.wait_for_rest("walter")
-    assert _says(visitor) == "Driving"
+    console.wait_for_rest("walter")  # in the middle, and held still
     mouse.up()
-    wait_until(lambda: _says(visitor) == "Hold to drive, let go to stop", "the joystick to be let go of")
+    visitor.see(".tw-stick:not(.held)").wait_for()
 
 
 @pytest.mark.parametrize("end", ["touchEnd", "touchCancel"])
@@ -221,22 +222,28 @@ def test_the_joystick_under_a_finger(console: Console, visit: Visit, end: str) -
     visitor = visit(phone=True)
     before = console.view("walter")["pose"]
     x, y, radius = visitor.middle(STICK)
-    visitor.touch("touchStart", (x, y))
-    for part in (0.3, 0.6, 0.9):
-        visitor.touch("touchMove", (x - radius * part, y))
-    _wait_for_way(console, "walter", before, turn=-1)
+
+    def press() -> None:
+        visitor.touch("touchStart", (x, y))
+        for part in (0.3, 0.6, 0.9):
+            visitor.touch("touchMove", (x - radius * part, y))
+
+    visitor.drive(press, lambda: visitor.touch(end), _gone(console, "walter", before, turn=-1))
     visitor.touch(end)
     console.wait_for_rest("walter")
-    assert _says(visitor) == "Hold to drive, let go to stop"
+    visitor.see(".tw-stick:not(.held)").wait_for()
 
 
 def test_the_stop_under_another_finger_ends_the_joystick_too(console: Console, visit: Visit) -> None:
     visitor = visit(phone=True)
     x, y, radius = visitor.middle(STICK)
     stop_x, stop_y, _ = visitor.middle(".tw-stop")
-    visitor.touch("touchStart", (x, y))
-    visitor.touch("touchMove", (x, y - radius * 0.8))
-    console.wait_for_motion("walter")
+
+    def press() -> None:
+        visitor.touch("touchStart", (x, y))
+        visitor.touch("touchMove", (x, y - radius * 0.8))
+
+    visitor.drive(press, lambda: visitor.touch("touchEnd"), lambda: console.moves("walter"))
     visitor.touch("touchStart", (x, y - radius * 0.8), (stop_x, stop_y))
     console.wait_for_rest("walter")
     visitor.touch("touchMove", (x, y - radius * 0.5), (stop_x, stop_y))  # held still: it drives no more
@@ -251,8 +258,11 @@ def test_buttons_instead_of_the_joystick(console: Console, visit: Visit) -> None
     visitor.see(".tw-pad").scroll_into_view_if_needed()
     before = console.view("walter")["pose"]
     x, y, _ = visitor.middle(".tw-pad-button.right")
-    visitor.touch("touchStart", (x, y))
-    _wait_for_way(console, "walter", before, turn=1)
+    visitor.drive(
+        lambda: visitor.touch("touchStart", (x, y)),
+        lambda: visitor.touch("touchEnd"),
+        _gone(console, "walter", before, turn=1),
+    )
     visitor.touch("touchEnd")
     console.wait_for_rest("walter")
 
@@ -265,27 +275,32 @@ def test_what_takes_the_hand_away_stops_the_robot(console: Console, visit: Visit
     page.get_by_text("Gamepad: Test pad").wait_for()
     before = console.view("walter")["pose"]
     page.evaluate("pad.axes[1] = -0.1")  # within the dead zone
-    page.wait_for_timeout(150)
+    visitor.let_timers_run()
     assert console.state("walter")["wheel"]["driver"] is None
-    page.evaluate("pad.axes[1] = -1")
-    _wait_for_way(console, "walter", before, ahead=1)
+    _push(visitor, 1, -1, _gone(console, "walter", before, ahead=1))
     page.evaluate(event)
     console.wait_for_rest("walter")
-    page.wait_for_timeout(100)  # the stick is still out: only leaving the middle anew begins
+    visitor.let_timers_run()  # the stick is still out: only leaving the middle anew begins
     assert not console.moves("walter")
+
+
+def _push(visitor: Visitor, axis: int, value: int, until: Callable[[], bool]) -> None:
+    def centre() -> None:
+        visitor.page.evaluate(f"pad.axes[{axis}] = 0")
+        visitor.let_timers_run()
+
+    visitor.drive(lambda: visitor.page.evaluate(f"pad.axes[{axis}] = {value}"), centre, until)
 
 
 def test_a_gamepad_drives_and_its_buttons_do(console: Console, visit: Visit) -> None:
     visitor = visit(before=lambda visitor: visitor.page.add_init_script(GAMEPAD))
     page = visitor.page
     page.evaluate("pad.axes[0] = 1; plug('gamepadconnected')")
-    page.wait_for_timeout(150)  # it was out already when it was plugged in
+    visitor.let_timers_run()  # it was out already when it was plugged in
     assert console.state("walter")["wheel"]["driver"] is None
     page.evaluate("pad.axes[0] = 0")
-    page.wait_for_timeout(100)
-    before = console.view("walter")["pose"]
-    page.evaluate("pad.axes[0] = 1")
-    _wait_for_way(console, "walter", before, turn=1)
+    visitor.let_timers_run()
+    _push(visitor, 0, 1, _gone(console, "walter", console.view("walter")["pose"], turn=1))
     page.evaluate("pad.buttons[1].pressed = true")
     console.wait_for_rest("walter")
     page.get_by_text("Stopped. Let go, then hold again to drive.").wait_for()
@@ -300,12 +315,17 @@ def test_the_speed_has_a_limit(console: Console, visit: Visit) -> None:
     slider = visitor.page.get_by_role("slider", name="Speed")
 
     def speed() -> float:
-        with visitor.holding("ArrowUp"):
-            console.wait_for_motion("frame")
-            visitor.page.wait_for_timeout(700)
-            seen: float = console.view("frame")["speed_mm_per_s"]
+        """When it has become steady."""
+        seen = [0.0]
+
+        def is_steady() -> bool:
+            seen.append(console.view("frame")["speed_mm_per_s"])
+            return seen[-1] > 1.0 and max(seen[-8:]) - min(seen[-8:]) < 0.02 * seen[-1]
+
+        with visitor.driving("ArrowUp", is_steady):
+            pass
         console.wait_for_rest("frame")
-        return seen
+        return seen[-1]
 
     slider.fill("100")
     slider.blur()
@@ -325,8 +345,11 @@ def test_what_the_robot_has_besides_wheels(console: Console, visit: Visit) -> No
     visitor.press(".tw-equipment button:has-text('Lamp')")
     wait_until(lambda: console.view("walter")["lamp"] is not before["lamp"], "the lamp to change")
     x, y, _ = visitor.middle(".tw-equipment button:has-text('Horn')")
-    visitor.touch("touchStart", (x, y))
-    wait_until(lambda: console.view("walter")["horn"], "the horn to sound")
+    visitor.drive(
+        lambda: visitor.touch("touchStart", (x, y)),
+        lambda: visitor.touch("touchEnd"),
+        lambda: console.view("walter")["horn"],
+    )
     visitor.touch("touchEnd")
     wait_until(lambda: not console.view("walter")["horn"], "the horn to fall silent")
     assert visitor.see(".tw-chip:has-text('Lights')").count() == 1

@@ -85,6 +85,11 @@ def _wait_for_picture(visitor: Visitor, condition: Callable[[dict[str, float]], 
     wait_until(is_so, what)
 
 
+def _shows(visitor: Visitor, least: float) -> bool:
+    visitor.page.wait_for_timeout(20)
+    return _seen(visitor)["count"] >= least
+
+
 def _scale(visitor: Visitor) -> str:
     return visitor.see(".tw-scale").inner_text()
 
@@ -100,8 +105,8 @@ def test_the_path_is_drawn_where_the_robot_went(console: Console, visit: Visit) 
     visitor.page.wait_for_timeout(100)
     before = _seen(visitor)
     visitor.page.keyboard.press("9")
-    with visitor.holding("ArrowUp"):
-        _wait_for_picture(visitor, lambda seen: seen["count"] > before["count"] + 200, "a line on the map")
+    with visitor.driving("ArrowUp", lambda: _shows(visitor, before["count"] + 200)):
+        pass
     console.wait_for_rest("walter")
     pose = console.view("walter")["pose"]
     says = visitor.see(".tw-map canvas").get_attribute("aria-label") or ""
@@ -114,6 +119,7 @@ def test_the_path_is_drawn_where_the_robot_went(console: Console, visit: Visit) 
 def test_zoom_pan_and_show_all(visit: Visit) -> None:
     visitor = visit()
     page = visitor.page
+    visitor.press("[aria-label='Show all']")
     _wait_for_picture(visitor, lambda seen: seen["count"] > 0, "the robot")
     first = _scale(visitor)
     for _ in range(4):
@@ -141,6 +147,8 @@ def test_by_keyboard(visit: Visit) -> None:
     visitor = visit()
     canvas = visitor.see(".tw-map canvas")
     _wait_for_picture(visitor, lambda seen: seen["count"] > 0, "the robot")
+    visitor.press("[aria-label='Show all']")
+    visitor.let_timers_run()
     before, scale = _seen(visitor), _scale(visitor)
     canvas.press("ArrowLeft")
     _wait_for_picture(visitor, lambda seen: seen["x"] > before["x"] + 50, "the map to move")
@@ -176,8 +184,7 @@ def test_the_robot_is_followed(console: Console, visit: Visit) -> None:
         visitor.press("[aria-label='Zoom in']")
     visitor.page.keyboard.press("9")
     follow.click()
-    with visitor.holding("ArrowUp"):
-        _wait_for_picture(visitor, lambda seen: seen["count"] == 0, "the robot to leave the picture")
+    with visitor.driving("ArrowUp", lambda: not _shows(visitor, 1)):
         follow.click()
         _wait_for_picture(visitor, lambda seen: seen["count"] > 0, "the robot to be followed")
     console.wait_for_rest("walter")
@@ -204,15 +211,15 @@ def test_a_limit_is_told_clearly(
     name = other.robots()[0]["name"]
     visitor = visit(at=other, robot=name)
     visitor.page.keyboard.press("9")
-    with visitor.holding("ArrowUp"):
-        visitor.see(".tw-toast.warning:has-text('Limit: Front')").wait_for()
+    toast = visitor.see(".tw-toast.warning:has-text('Limit: Front')")
+    with visitor.driving("ArrowUp", lambda: toast.count() > 0):
         other.wait_for_rest(name)
         assert "in the way" in visitor.see(".tw-hand-says").inner_text()
     assert "Limit: Front" in visitor.see(".tw-notices li").first.inner_text()
     blocked = visitor.see(".tw-chip.danger:has-text('Front: blocked')")
     blocked.wait_for()
-    with visitor.holding("ArrowDown"):
-        blocked.wait_for(state="detached")
+    with visitor.driving("ArrowDown", lambda: blocked.count() == 0):
+        pass
     other.wait_for_rest(name)
 
 

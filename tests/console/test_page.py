@@ -140,8 +140,8 @@ def test_the_link_in_figures_charts_and_a_table(console: Console, visit: Visit) 
     visitor.see("summary:has-text('As a table')").click()
     row = visitor.see(".tw-table tbody tr").first
     row.wait_for()
-    with visitor.holding("ArrowUp"):
-        wait_until(lambda: _number(row.locator("td").nth(2).inner_text()) > 0, "bytes to be sent")
+    with visitor.driving("ArrowUp", lambda: _number(row.locator("td").nth(2).inner_text()) > 0):
+        pass
     console.wait_for_rest("walter")
     sent = visitor.see(".tw-figures div:has(dt:text-is('Bytes sent')) dd")
     figures = console.view("walter")["figures"]
@@ -176,8 +176,8 @@ def test_the_wheel_is_taken_asked_for_and_handed_over(console: Console, visit: V
 
 def test_a_connection_that_is_lost_comes_back(console: Console, visit: Visit) -> None:
     visitor = visit(before=lambda visitor: visitor.page.add_init_script(SOCKETS))
-    visitor.page.keyboard.down("w")
-    console.wait_for_motion("walter")
+    keyboard = visitor.page.keyboard
+    visitor.drive(lambda: keyboard.down("w"), lambda: keyboard.up("w"), lambda: console.moves("walter"))
     visitor.page.evaluate("sockets.at(-1).close()")
     console.wait_for_rest("walter")
     visitor.see(".tw-connection.open").wait_for()
@@ -185,6 +185,6 @@ def test_a_connection_that_is_lost_comes_back(console: Console, visit: Visit) ->
     assert visitor.see(".tw-hand-says").inner_text() == "The connection stalls: the robot was stopped."
     console.wait_for_rest("walter")  # the key is held still: nothing resumes by itself
     assert console.state("walter")["wheel"]["driver"] is None
-    visitor.page.keyboard.up("w")
-    with visitor.holding("w"):
-        console.wait_for_motion("walter")
+    keyboard.up("w")
+    with visitor.driving("w", lambda: console.moves("walter")):
+        pass

@@ -169,6 +169,7 @@ export class Api {
     try {
       const path = await this.request("GET", `/api/robots/${encodeURIComponent(robot)}/path?since=0`);
       this.paths.get(robot)?.take(path);
+      this.tell("path", { robot });
     } catch {
       // the stream says when the server is away, and after that all is fetched again
     } finally {

@@ -11,8 +11,8 @@ export const DEAF_MS = 1000;
 // What is driven and turned at once is an arc, rather than a turn around one wheel.
 const ARC = 0.5;
 
-// Endings that say little.
-const VAGUE = new Set(["stopped", "ended"]);
+// What a limit is told as first.
+const UNEXPLAINED = new Set(["stopped", "ended"]);
 
 export class Grip {
   // api: see api.js; changed: called after every change, for the page to show it.
@@ -66,8 +66,8 @@ export class Grip {
   // Whatever is held does not count any more; why: a code, or null where the person knows anyway.
   letGo(why = null) {
     if (!this.isHeld) {
-      // what ended it is told before why
-      if (why !== null && VAGUE.has(this.ended)) {
+      // that it was ended may be told before why
+      if (why === "limit" && UNEXPLAINED.has(this.ended)) {
         this.ended = why;
         this.changed();
       }

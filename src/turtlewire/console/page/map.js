@@ -57,6 +57,8 @@ export default {
     this.media.addEventListener("change", this.recolourLater);
     this.calm = window.matchMedia("(prefers-reduced-motion: reduce)");
     this.off = ["state", "welcome", "robots", "overlay"].map((type) => this.api.on(type, () => this.wake()));
+    // what was there before this page came
+    this.off.push(this.api.on("path", () => (this.isFitted ? this.fit() : this.wake())));
     this.off.push(this.api.on("limit", (limit) => this.markLimit(limit)));
     this.recolour();
     this.resize();
