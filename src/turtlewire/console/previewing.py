@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.console import pipe
+from turtlewire.console.refusals import Refused
 from turtlewire.console.workers import Worker
 from turtlewire.errors import DataError, TurtlewireError
 from turtlewire.turtle import Pose
@@ -28,8 +29,9 @@ LONGEST_S = 6.0
 PATIENCE_S = 20.0
 # What is shown of a drawing, points.
 MOST_POINTS = 20_000
-# So many previews at a time, whoever wants them; the others wait.
+# So many previews at a time, whoever wants them; so many others wait, and what is more is refused.
 _AT_A_TIME = threading.Semaphore(2)
+_WAITING = threading.Semaphore(10)
 
 
 def preview_there(
@@ -45,25 +47,37 @@ def preview_there(
         folder: where the program's files are; ``None``: it has none.
         longest_s: after so many seconds it is not looked at any further.
 
-    Raises ``DataError`` when it cannot be found out.
+    Raises ``DataError`` when it cannot be found out, ``Refused`` when too many want to know.
     """
+    if not _WAITING.acquire(blocking=False):
+        raise Refused(429, "busy", "too many previews are asked for at a time: try again in a moment")
+    try:
+        with _AT_A_TIME:
+            return _asked(target, source, name, start, folder, longest_s)
+    finally:
+        _WAITING.release()
+
+
+def _asked(
+    target: Target, source: str, name: str, start: Pose, folder: Path | None, longest_s: float
+) -> dict[str, Any]:
+    """What a process says."""
     job = {
         "target": base64.b64encode(pickle.dumps(target)).decode("ascii"),
         "source": source, "name": name, "start": start, "folder": str(folder) if folder is not None else None,
         "longest_s": longest_s,
     }  # fmt: skip
-    with _AT_A_TIME:
-        worker = Worker()
-        timer = threading.Timer(PATIENCE_S, worker.kill)
-        timer.daemon = True
-        timer.start()
-        try:
-            with contextlib.suppress(OSError):
-                pipe.send(worker.stdin, {"preview": job, "folder": job["folder"]})
-            message = pipe.receive(worker.stdout)
-        finally:
-            timer.cancel()
-            worker.end()
+    worker = Worker()
+    timer = threading.Timer(PATIENCE_S, worker.kill)
+    timer.daemon = True
+    timer.start()
+    try:
+        with contextlib.suppress(OSError):
+            pipe.send(worker.stdin, {"preview": job, "folder": job["folder"]})
+        message = pipe.receive(worker.stdout)
+    finally:
+        timer.cancel()
+        worker.end()
     found = message.get("previewed") if message is not None else None
     if not isinstance(found, dict):
         raise DataError(

@@ -189,11 +189,6 @@ def check(program: Named) -> list[Finding]:
     """What is wrong with a program, found without running it."""
     from turtlewire.logo.checking import check
 
-    try:
-        found = check(program.source, program.name)
-    except RecursionError:
-        deep = "brackets are nested too deep to be looked at"
-        return [Finding(line=1, column=1, kind="syntax", message=deep, hint="")]
     return [
         Finding(
             line=each.position.line,
@@ -202,7 +197,7 @@ def check(program: Named) -> list[Finding]:
             message=each.message,
             hint=each.hint,
         )
-        for each in found
+        for each in check(program.source, program.name)
     ]
 
 

@@ -214,7 +214,7 @@ class Run:
                 self._worker.end()
             if how != "ended":
                 self._lender.halt()  # whatever has ended it, the robot stands
-            self._give_back()
+            self._leave()
             with self._lock:
                 self._phase = "stopped" if self._is_stopping else how
                 self._paused, self._is_asking, self._is_pausing = None, False, False
@@ -322,9 +322,17 @@ class Run:
         with self._lock:
             lease, self._lease = self._lease, None
         if lease is not None:
-            with contextlib.suppress(TurtlewireError):
-                lease.call(lambda robot: robot.set_step_by_step(on=False)).result()
             lease.close()
+
+    def _leave(self) -> None:
+        """The robot is as it was before, for whoever drives it next."""
+        self._give_back()
+        with contextlib.suppress(TurtlewireError):
+            lease = self._lender.borrow()
+            try:
+                lease.call(lambda robot: robot.set_step_by_step(on=False)).result()
+            finally:
+                lease.close()
 
     # ------------------------------------------------------------------ what is to be seen
 

@@ -73,7 +73,11 @@ def check(text: str, name: str) -> list[Finding]:
     except LogoError as error:
         position = error.position or Position(name, 1, 1, "")  # though the reader always knows
         return [Finding(position, "syntax", error.text, error.advice())]
-    return _Check(program).findings()
+    try:
+        return _Check(program).findings()
+    except RecursionError:
+        place = Position(name, 1, 1, text.partition("\n")[0])
+        return [Finding(place, "syntax", "brackets are nested too deep to be looked at", "")]
 
 
 class _Check:

@@ -9,6 +9,7 @@ import pytest
 from turtlewire.configuration import target
 from turtlewire.console import previewing
 from turtlewire.console.previewing import preview_there
+from turtlewire.console.refusals import Refused
 from turtlewire.errors import DataError
 from turtlewire.turtle import HOME, Pose
 
@@ -64,3 +65,18 @@ def test_one_that_takes_all_memory_is_refused() -> None:
 def test_its_files_are_confined_too(tmp_path: Path) -> None:
     found = preview_there(target("sim:walter"), 'openread "/etc/passwd', "p.logo", HOME, tmp_path)
     assert found["error"]["number"] == 40
+
+
+def test_so_many_at_a_time_and_no_more() -> None:
+    taken = 0
+    while previewing._WAITING.acquire(blocking=False):
+        taken += 1
+    try:
+        with pytest.raises(Refused) as refused:
+            preview_there(target("sim:walter"), "fd 1", "p.logo", HOME, None)
+        assert (refused.value.status, refused.value.code) == (429, "busy")
+    finally:
+        for _ in range(taken):
+            previewing._WAITING.release()
+    assert taken > 5
+    assert preview_there(target("sim:walter"), "fd 1", "p.logo", HOME, None)["path_mm"] == 1

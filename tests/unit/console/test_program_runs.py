@@ -206,6 +206,7 @@ def test_a_stop_ends_it_whatever_it_is_doing(owner: Owner, runs: Runs, source: s
     stop(owner, run)
     assert run.is_stopping or run.is_over
     phase(run, "stopped")
+    assert not owner.helm._robot._step_by_step  # what comes next is as it was
     owner.wait_for_rest()
 
 

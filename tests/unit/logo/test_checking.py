@@ -134,3 +134,10 @@ def test_no_false_alarms_on_programs_that_run() -> None:
                 findings += bool(check(case["program"] + "\n", case["id"]))
     assert programs > 900
     assert findings > 200
+
+
+@pytest.mark.parametrize(("opened", "closed"), [("repeat 2 [", "]"), ("(", ")")])
+def test_what_is_nested_too_deep_is_told(opened: str, closed: str) -> None:
+    (finding,) = check(f"{opened * 20_000} 1 {closed * 20_000}", "deep.logo")
+    assert (finding.position.line, finding.kind) == (1, "syntax")
+    assert "too deep" in finding.message
