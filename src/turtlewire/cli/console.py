@@ -134,14 +134,14 @@ def _berths(arguments: argparse.Namespace) -> list[Berth]:
 
 def _need_extra() -> None:
     """Raises ``UsageError`` where the console's libraries are not installed."""
-    try:
-        import fastapi  # noqa: F401
-        import nicegui  # noqa: F401
-        import uvicorn  # noqa: F401
-    except ImportError as error:
+    from importlib.util import find_spec
+
+    missing = [name for name in ("fastapi", "nicegui", "segno", "uvicorn") if find_spec(name) is None]
+    if missing:
         raise UsageError(
-            f"the console needs libraries that are not installed ({error.name}): pip install 'turtlewire[console]'"
-        ) from None
+            f"the console needs libraries that are not installed ({', '.join(missing)}): "
+            "pip install 'turtlewire[console]'"
+        )
 
 
 def _log() -> None:

@@ -135,6 +135,7 @@ class Service:
                 self.gate,
                 ws="websockets-sansio",
                 ws_max_size=MAX_SOCKET_MESSAGE,
+                ws_per_message_deflate=False,
                 log_config=None,
                 access_log=False,
                 server_header=False,
