@@ -1,10 +1,17 @@
-"""Python's recursion limit, raised while Logo runs: a deep recursion in Logo is one in Python."""
+"""Python's recursion limit, raised while Logo runs: a deep recursion in Logo is one in Python.
+
+And how often Python looks for objects that hold one another: lists never do, so in a program that makes many of them
+it would look in vain for a quarter of the time.
+"""
 
 from __future__ import annotations
 
+import gc
 import sys
 
 _found: list[int] = []  # for each running program, the limit to be put back
+_SELDOM = (50_000, 20, 50)  # after how many more objects; see Python's module gc
+_often: list[tuple[int, int, int]] = []  # how often it was before
 
 
 class RoomForRecursion:
@@ -22,6 +29,9 @@ class RoomForRecursion:
 
     def __enter__(self) -> None:
         self._limit = _found[0] if _found else sys.getrecursionlimit()
+        if not _found:
+            _often.append(gc.get_threshold())
+            gc.set_threshold(*_SELDOM)
         _found.append(self._limit)
         sys.setrecursionlimit(max(self._limit, self._frames))
 
@@ -29,3 +39,4 @@ class RoomForRecursion:
         _found.remove(self._limit)
         if not _found:
             sys.setrecursionlimit(self._limit)
+            gc.set_threshold(*_often.pop())

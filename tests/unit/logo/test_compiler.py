@@ -203,3 +203,121 @@ def test_without_the_compiler_it_is_the_same(make_session: Callable[..., Session
     assert procedure.function is None
     with pytest.raises(LogoError):
         session.run("repeat 1 [print f]")
+
+
+EVEN_AND_ODD = """\
+to even :n
+  if :n = 0 [output "true]
+  output odd :n - 1
+end
+to odd :n
+  if :n = 0 [output "false]
+  output even :n - 1
+end
+"""
+
+
+def test_a_procedure_that_leads_back_stands_where_it_is_called(session: Session) -> None:
+    session.run(EVEN_AND_ODD)
+    assert python(session, "even") == (
+        "def q_even(n_):\n    while True:\n        if n_ == 0:\n            return 'true'\n        n_ = n_ - 1\n"
+        "        if n_ == 0:\n            return 'false'\n        n_ = n_ - 1\n        continue\np_even = q_even"
+    )
+
+
+def test_an_error_where_another_procedure_stands_is_that_ones(session: Session) -> None:
+    error = session.error(EVEN_AND_ODD.replace('[output "false]', "[output first []]") + "print even 5")
+    assert (error.text, error.procedure) == ("first doesn't like [] as input", "odd")
+    assert error.position is not None
+    assert error.position.line == 6
+
+
+def test_what_is_traced_stands_nowhere_else(session: Session) -> None:
+    assert session.run(f'{EVEN_AND_ODD}trace "odd print even 2').splitlines() == [
+        "( odd 1 )", 'odd outputs "true', "true",
+    ]  # fmt: skip
+
+
+def test_a_line_keeps_global_variables_in_locals_and_gives_them_back(session: Session) -> None:
+    count = 'repeat 3 [make "i :i + 1 make "s word :s :i if :i > :last [ignore first []]]'
+    assert session.run(f'make "i 0 make "s " make "last 5\n{count}\nshow :i show :s') == "3\n123\n"
+    session.error(f'make "i 4 make "s "x\n{count}')
+    assert session.run("show :i show :s") == "6\nx56\n"
+    assert session.error(f'ern "i\n{count}').text == "i has no value"
+    assert session.run('make "i 1.5\nrepeat 2 [make "i :i + 1]\nshow :i') == "3.5\n"
+    assert session.error('make "i "a\nrepeat 2 [make "i :i + 1]').text == "+ doesn't like a as input"
+
+
+def test_a_variable_that_is_called_for_is_no_local(session: Session) -> None:
+    program = 'to seen\noutput :i\nend\nmake "i 0\nrepeat 3 [make "i :i + 1 type seen]\nprint :i'
+    assert session.run(program) == "1233\n"
+    assert session.run('repeat 2 [make "caseignoredp "false print "a = "A]') == "false\nfalse\n"
+    assert session.run('make "i 1\nrepeat 1 [run [make "i :i + 1 print :i] print :i]') == "2\n2\n"
+
+
+def test_whole_numbers_stay_exact_or_become_floats_as_ever(session: Session) -> None:
+    assert session.run('make "i 4503599627370495\nrepeat 3 [make "i :i + 1 print :i * 4]').split() == [
+        "1.8014398509482e+16"] * 3  # fmt: skip
+    assert (
+        session.run('make "i -3\nrepeat 4 [make "i :i + 1 type remainder :i 2 type modulo :i 2]\n')
+        == "00-110011"
+    )
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "product"), [(0, 2.5, "0"), (0, -2.5, "-0"), (-2.5, 0, "-0"), (3, 4, "12")]
+)
+def test_a_product_has_its_sign(session: Session, x: float, y: float, product: str) -> None:
+    assert session.run(f"to f :x :y\noutput :x * :y\nend\nprint f {x} {y}") == f"{product}\n"
+
+
+@pytest.mark.parametrize(
+    ("call", "result"),
+    [
+        ("f 2 {a b c}", "b"),
+        ("f 0 (array 3 0)", "[]"),
+        ("f 2 [a b c]", "b"),
+        ("f 1.0 [a b c]", "a"),
+        ("f 2 \"x5", "5"),
+    ],
+)  # fmt: skip
+def test_items_of_all_sorts(session: Session, call: str, result: str) -> None:
+    assert session.run(f"to f :i :x\noutput item :i :x\nend\nshow {call}") == f"{result}\n"
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        ("f 4 {a b c}", "item doesn't like 4 as input"),
+        ("f -1 {a b c}", "item doesn't like -1 as input"),
+        ("f 1.5 {a b c}", "item doesn't like 1.5 as input"),
+        ("f 4 [a b c]", "item doesn't like 4 as input"),
+        ("g 3 {a b} 1", "setitem doesn't like 3 as input"),
+        ("g 0 {a b} 1", "setitem doesn't like 0 as input"),
+        ('g "x {a b} 1', "setitem doesn't like x as input"),
+        ("g 1 [a b] 1", "setitem doesn't like [a b] as input"),
+        ("g 1 :own :own", "setitem doesn't like {[] []} as input"),
+    ],
+)
+def test_items_that_are_not_there(session: Session, call: str, text: str) -> None:
+    session.run('to f :i :x\noutput item :i :x\nend\nmake "own (array 2)')
+    session.run("to g :i :x :y\nsetitem :i :x :y\noutput :x\nend")
+    assert session.error(f"show {call}").text == text
+
+
+def test_words_are_alike_as_ever(session: Session) -> None:
+    session.run('to f :x\noutput list :x = "Kay :x = "rather.long\nend')
+    assert session.run('show f "kAY show f "Rather.LONG show f "\N{KELVIN SIGN}ay show f [kay] show f 7') == (
+        "[true false]\n[false true]\n[true false]\n[false false]\n[false false]\n"
+    )
+    assert session.run('make "caseignoredp "false show f "kay show f "Kay') == "[false false]\n[true false]\n"
+
+
+def test_an_operation_without_a_value_in_an_ifelse_is_the_ifelses_fault(session: Session) -> None:
+    error = session.error("to r\nend\nto f\noutput sum ifelse 1 = 1 [r] [2] 5\nend\nprint f")
+    assert error.text == "ifelse didn't output to sum"
+
+
+def test_an_error_tells_of_the_variable_as_it_was(session: Session) -> None:
+    inner = "to inner :n\nseen\noutput :n + 1\nend\nto seen\nignore :n\nend\n"
+    assert session.error(f'{inner}make "n 5\nprint inner [x]').text == "+ doesn't like [x] as input"

@@ -6,19 +6,20 @@ import ast
 from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
-from turtlewire.logo.compiler import structures
-from turtlewire.logo.compiler.emit import RefusedError, SlotNode, key_of
-from turtlewire.logo.compiler.facts import TEMPLATES, as_line, local_names
+from turtlewire.logo.compiler import structures, templating
+from turtlewire.logo.compiler.emit import key_of
+from turtlewire.logo.compiler.facts import as_line, local_names
 from turtlewire.logo.compiler.kinds import NUMBER
-from turtlewire.logo.reader import Line
+from turtlewire.logo.compiler.roles import RefusedError
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node
 from turtlewire.logo.values import plain, to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from turtlewire.logo.compiler.emit import Emitter
+    from turtlewire.logo.compiler.emit import Blamed, Emitter
     from turtlewire.logo.compiler.python import Expr, Stmt
+    from turtlewire.logo.reader import Line
 
 
 # ---------------------------------------------------------------- conditions
@@ -31,12 +32,12 @@ def _if(emitter: Emitter, node: Call, tail: bool) -> None:
     emitter.body.append(py.when(condition, then, otherwise))
 
 
-def _choice(emitter: Emitter, node: Call) -> Expr:
+def _choice(emitter: Emitter, node: Call, blamed: Blamed) -> Expr:
     """IF and IFELSE that output."""
     if len(node.inputs) != 3:
         raise RefusedError("an if that may output nothing")
     condition = emitter.condition(node.inputs[0], node.name)
-    made = [_branch(emitter, _single(emitter, each), node.name) for each in node.inputs[1:]]
+    made = [_branch(emitter, _single(emitter, each), node.name, blamed) for each in node.inputs[1:]]
     (first, then), (second, otherwise) = made
     if not first and not second:
         return py.either(condition, then, otherwise)
@@ -55,19 +56,10 @@ def _single(emitter: Emitter, node: Node) -> Line:
     return line
 
 
-def _branch(emitter: Emitter, line: Line, wanted_by: str) -> tuple[list[Stmt], Expr]:
+def _branch(emitter: Emitter, line: Line, wanted_by: str, blamed: Blamed) -> tuple[list[Stmt], Expr]:
     """The statements and the value of a list that may be run."""
     found: list[Expr] = []
-    return emitter.within(lambda: found.append(_result(emitter, line, wanted_by))), found[0]
-
-
-def _result(emitter: Emitter, line: Line, wanted_by: str) -> Expr:
-    """The value that a list outputs: that of its last expression."""
-    nodes = emitter.survey.parse(line)
-    if not nodes:
-        raise RefusedError("a list that outputs nothing")
-    emitter.instructions(nodes[:-1])
-    return emitter.value(nodes[-1], wanted_by)
+    return emitter.within(lambda: found.append(emitter.result(line, wanted_by, blamed))), found[0]
 
 
 def _test(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001 - as all commands
@@ -92,8 +84,8 @@ def _run(emitter: Emitter, node: Call, tail: bool) -> None:
     emitter.instructions(emitter.survey.parse(emitter.line(node.inputs[0])), tail=tail)
 
 
-def _run_for_value(emitter: Emitter, node: Call) -> Expr:
-    return _result(emitter, _single(emitter, node.inputs[0]), node.name)
+def _run_for_value(emitter: Emitter, node: Call, blamed: Blamed) -> Expr:
+    return emitter.result(_single(emitter, node.inputs[0]), node.name, blamed)
 
 
 def _ignore(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
@@ -257,144 +249,6 @@ def _repcount(emitter: Emitter, node: Call) -> Expr:
     return py.name(emitter.count)
 
 
-# ---------------------------------------------------------------- templates
-
-
-def _slot(emitter: Emitter, node: Call) -> Expr:
-    which = 1
-    if node.inputs:
-        number = node.inputs[0]
-        if not isinstance(number, Literal) or not isinstance(number.value, int):
-            raise RefusedError("a slot that is computed")
-        which = number.value
-    if not 1 <= which <= len(emitter.slots):
-        raise RefusedError("the template may be another procedure's")
-    return py.name(emitter.slots[which - 1])
-
-
-def _template(emitter: Emitter, node: Call, slots: list[str]) -> tuple[list[Stmt], Expr]:
-    """What a template outputs for its slots: statements, and then an expression."""
-    template = node.inputs[TEMPLATES[node.primitive.name]]
-    found: list[Expr] = []
-    if isinstance(template, Literal) and template.line is not None:
-        line = template.line
-        if not line.items or isinstance(line.items[0], Line | list):
-            raise RefusedError("a template of another form")
-        outer = emitter.slots, emitter.count
-        emitter.slots, emitter.count = slots, ""
-        emitter.loops += 1
-        try:
-            statements = emitter.within(lambda: found.append(_result(emitter, line, node.name)))
-        finally:
-            emitter.slots, emitter.count = outer
-            emitter.loops -= 1
-        return statements, found[0]
-    name = plain(to_text(template.value)).lower() if isinstance(template, Literal) else ""  # type: ignore[arg-type]
-    procedure = emitter.survey.procedure(name)
-    if procedure is None or not procedure.minimum_inputs <= len(slots) or not _takes(procedure, len(slots)):
-        raise RefusedError("a template that is computed")
-    inputs: list[Node] = [SlotNode(slot) for slot in slots]
-    called = procedure.call_node(name, inputs, node.place)
-    statements = emitter.within(lambda: found.append(emitter.value(called, node.name)))
-    return statements, found[0]
-
-
-def _takes(procedure: object, count: int) -> bool:
-    maximum: int = procedure.maximum_inputs  # type: ignore[attr-defined]
-    return maximum < 0 or count <= maximum
-
-
-def _data(emitter: Emitter, node: Call, data: Node) -> tuple[Expr, Expr]:
-    """The input, and its members."""
-    whole = emitter.kept(emitter.value(data, node.name))
-    return whole, py.at(emitter.site(node), py.call("each_of", whole))
-
-
-def _map(emitter: Emitter, node: Call) -> Expr:
-    if len(node.inputs) != 2:
-        raise RefusedError("several lists at once")
-    whole, members = _data(emitter, node, node.inputs[1])
-    slot, made = emitter.temp("q"), emitter.temp()
-    statements, value = _template(emitter, node, [slot])
-    emitter.body.append(py.assign(made, ast.List([], py.LOAD)))
-    append = ast.Call(ast.Attribute(py.name(made), "append", py.LOAD), [value], [])
-    emitter.body.append(py.for_each(slot, members, [*statements, py.do(append)]))
-    return py.at(emitter.site(node), py.call("like", whole, py.name(made)))  # type: ignore[no-any-return]
-
-
-def _truth_of_template(emitter: Emitter, node: Call, slot: str) -> tuple[list[Stmt], Expr]:
-    template = node.inputs[0]
-    if isinstance(template, Literal) and template.line is not None:
-        nodes = emitter.survey.parse(template.line)
-        if (
-            len(nodes) == 1
-            and isinstance(nodes[0], Call)
-            and not isinstance(template.line.items[0], Line | list)
-        ):
-            found: list[Expr] = []
-            outer = emitter.slots, emitter.count
-            emitter.slots, emitter.count = [slot], ""
-            try:
-                statements = emitter.within(lambda: found.append(emitter.condition(nodes[0], node.name)))
-            finally:
-                emitter.slots, emitter.count = outer
-            return statements, found[0]
-    statements, value = _template(emitter, node, [slot])
-    return statements, py.at(emitter.site(node, node.name), py.call("truth", value))
-
-
-def _filter(emitter: Emitter, node: Call) -> Expr:
-    whole, members = _data(emitter, node, node.inputs[1])
-    slot, made = emitter.temp("q"), emitter.temp()
-    statements, truth = _truth_of_template(emitter, node, slot)
-    emitter.body.append(py.assign(made, ast.List([], py.LOAD)))
-    append = ast.Call(ast.Attribute(py.name(made), "append", py.LOAD), [py.name(slot)], [])
-    kept = py.when(truth, [py.do(append)])
-    emitter.body.append(py.for_each(slot, members, [*statements, kept]))
-    return py.at(emitter.site(node), py.call("like", whole, py.name(made)))  # type: ignore[no-any-return]
-
-
-def _find(emitter: Emitter, node: Call) -> Expr:
-    _, members = _data(emitter, node, node.inputs[1])
-    slot, made = emitter.temp("q"), emitter.temp()
-    statements, truth = _truth_of_template(emitter, node, slot)
-    emitter.body.append(py.assign(made, py.name("NIL")))
-    found = py.when(truth, [py.assign(made, py.name(slot)), ast.Break()])
-    emitter.body.append(py.for_each(slot, members, [*statements, found]))
-    return py.name(made)
-
-
-def _reduce(emitter: Emitter, node: Call) -> Expr:
-    whole = emitter.kept(emitter.value(node.inputs[1], node.name))
-    slot, made, rest = emitter.temp("q"), emitter.temp(), emitter.temp()
-    statements, value = _template(emitter, node, [slot, made])
-    members = py.at(emitter.site(node), py.call("backwards", whole))
-    emitter.body.append(py.assign(rest, members))
-    pop = ast.Call(ast.Attribute(py.name(rest), "pop", py.LOAD), [], [])
-    emitter.body.append(py.assign(made, pop))
-    again = py.call("reversed", py.name(rest))
-    emitter.body.append(py.for_each(slot, again, [*statements, py.assign(made, value)]))
-    return py.name(made)
-
-
-def _foreach(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
-    template = node.inputs[-1]
-    if len(node.inputs) != 2 or not isinstance(template, Literal) or template.line is None:
-        raise RefusedError("a template that is computed")
-    line = template.line
-    if line.items and isinstance(line.items[0], Line | list):
-        raise RefusedError("a template of another form")
-    _, members = _data(emitter, node, node.inputs[0])
-    slot = emitter.temp("q")
-    outer = emitter.slots, emitter.count
-    emitter.slots, emitter.count = [slot], ""
-    try:
-        body = emitter.block(line, loop=True)
-    finally:
-        emitter.slots, emitter.count = outer
-    emitter.body.append(py.for_each(slot, members, body))
-
-
 # ---------------------------------------------------------------- ends of procedures, and tail calls
 
 
@@ -425,9 +279,14 @@ COMMANDS: dict[str, Callable[[Emitter, Call, bool], None]] = {
     "make": _make, "name": _name, "local": _local, "localmake": _localmake, "repeat": _repeat, "forever": _forever,
     "while": _while(wanted=True, test_first=True), "until": _while(wanted=False, test_first=True),
     "do.while": _while(wanted=True, test_first=False), "do.until": _while(wanted=False, test_first=False),
-    "for": _for, "setitem": structures.set_item, "foreach": _foreach, "stop": _stop, "output": _output,
+    "for": _for, "setitem": structures.set_item, "foreach": templating.foreach, "stop": _stop, "output": _output,
+}  # fmt: skip
+# Operations whose value is that of a list that they run.
+CHOICES: dict[str, Callable[[Emitter, Call, Blamed], Expr]] = {
+    "if": _choice, "ifelse": _choice, "run": _run_for_value,
 }  # fmt: skip
 OPERATIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
-    "if": _choice, "ifelse": _choice, "run": _run_for_value, "thing": _thing, "repcount": _repcount, "#": _repcount,
-    "?": _slot, "map": _map, "filter": _filter, "find": _find, "reduce": _reduce,
+    "thing": _thing, "repcount": _repcount, "#": _repcount,
+    "?": templating.slot, "map": templating.mapped, "filter": templating.filtered, "find": templating.found,
+    "reduce": templating.reduced,
 }  # fmt: skip

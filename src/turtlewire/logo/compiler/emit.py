@@ -7,11 +7,12 @@ before it moves there too, so that everything happens in Logo's order.
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler.facts import MOVING, RUNS, chapter_of, is_plain, literal_name
 from turtlewire.logo.compiler.kinds import Kinds
+from turtlewire.logo.compiler.roles import Ending, RefusedError
 from turtlewire.logo.compiler.sites import Operand, Site, identifier
 from turtlewire.logo.syntax import Call, Invocation, Literal, Node, Variable
 from turtlewire.logo.values import EXACT, Array
@@ -21,15 +22,15 @@ if TYPE_CHECKING:
 
     from turtlewire.logo.compiler.facts import Facts, Survey
     from turtlewire.logo.compiler.python import Expr, Stmt
+    from turtlewire.logo.compiler.roles import Namer
     from turtlewire.logo.procedures import UserProcedure
     from turtlewire.logo.reader import Line
 
+# Of whom it is said that they have output nothing, and who wanted it.
+Blamed = tuple[Node, str]
+
 _MOST_INPUTS = 12
 _MEASURED = frozenset(("forward", "back", "right", "left"))
-
-
-class RefusedError(Exception):
-    """This cannot be made Python of; the evaluator does it."""
 
 
 class Emitter:
@@ -61,6 +62,7 @@ class Emitter:
         self.binds_dynamically = False  # whether other procedures see its variables
         self.loops = 0  # how many Python loops are open
         self.is_line = False  # whether it is a line of the program, and no procedure
+        self.procedure: UserProcedure | None = None  # whose instructions are written, if it is another one's
         self.ending: Ending = Ending()
         self._names_made = 0
 
@@ -73,7 +75,7 @@ class Emitter:
 
     def site(self, node: Node, wanted_by: str = "", operands: tuple[Operand, ...] = ()) -> int:
         """The number of an instruction that can fail."""
-        self.sites.append(Site(node, wanted_by, operands))
+        self.sites.append(Site(node, wanted_by, operands, self.procedure))
         return len(self.sites)
 
     def within(self, work: Callable[[], None]) -> list[Stmt]:
@@ -220,8 +222,8 @@ class Emitter:
 
     # ------------------------------------------------------------------ values
 
-    def value(self, node: Node, wanted_by: str) -> Expr:
-        """The value of an expression; where there is none, that is an error."""
+    def value(self, node: Node, wanted_by: str, blamed: Blamed | None = None) -> Expr:
+        """The value of an expression; where there is none, that is an error, of the expression or who is blamed."""
         if isinstance(node, SlotNode):
             return py.name(node.slot)
         if isinstance(node, Literal):
@@ -232,10 +234,18 @@ class Emitter:
             made = self.invocation(node, wanted_by)
             if self.namer.always_outputs(node.procedure):
                 return made
-            return self.needed(node, made, wanted_by)
+            return self.needed(*(blamed or (node, wanted_by)), made)
         if isinstance(node, Call):
-            return self.operation(node, wanted_by)
+            return self.operation(node, wanted_by, blamed)
         raise RefusedError("it is not understood yet")
+
+    def result(self, line: Line, wanted_by: str, blamed: Blamed | None = None) -> Expr:
+        """The value that a list outputs: that of its last expression."""
+        nodes = self.survey.parse(line)
+        if not nodes:
+            raise RefusedError("a list that outputs nothing")
+        self.instructions(nodes[:-1])
+        return self.value(nodes[-1], wanted_by, blamed)
 
     def raw(self, node: Node, wanted_by: str) -> Expr:
         """The value of an expression, ``None`` where there is none."""
@@ -278,14 +288,14 @@ class Emitter:
         number = self.site(node, wanted_by)
         return py.at(number, py.call(self.namer.procedure(node.procedure, as_command=as_command), *inputs))  # type: ignore[no-any-return]
 
-    def needed(self, node: Node, value: Expr, wanted_by: str) -> Expr:
+    def needed(self, node: Node, wanted_by: str, value: Expr) -> Expr:
         """A value; an error where there is none."""
         number = self.site(node, wanted_by)
         name = self.temp()
         silent = py.at(number, py.call("silent"))
         return py.either(py.is_some(py.walrus(name, value)), py.name(name), silent)
 
-    def operation(self, node: Call, wanted_by: str) -> Expr:
+    def operation(self, node: Call, wanted_by: str, blamed: Blamed | None = None) -> Expr:
         """A primitive that outputs."""
         from turtlewire.logo.compiler import control, inline
 
@@ -295,6 +305,9 @@ class Emitter:
             return made(self, node)
         if name in inline.CONDITIONS:
             return py.either(self.condition(node, wanted_by), py.const("true"), py.const("false"))
+        runs = control.CHOICES.get(name)
+        if runs is not None:
+            return runs(self, node, blamed or (node, wanted_by))
         made = control.OPERATIONS.get(name)
         if made is not None:
             return made(self, node)
@@ -348,41 +361,6 @@ class SlotNode(Literal):
     def __init__(self, slot: str) -> None:
         super().__init__("", None)
         self.slot = slot
-
-
-class Ending:
-    """How the function ends; at top level, by no instruction."""
-
-    def nothing(self, emitter: Emitter, node: Node | None) -> None:  # noqa: ARG002 - for those that do
-        """STOP."""
-        raise RefusedError("STOP and OUTPUT are for procedures")
-
-    def output(self, emitter: Emitter, node: Call) -> None:  # noqa: ARG002
-        """OUTPUT."""
-        raise RefusedError("STOP and OUTPUT are for procedures")
-
-    def takes_over(self, emitter: Emitter, node: Invocation) -> bool:  # noqa: ARG002 - for those that do
-        """A procedure is called last: whether it takes the place of the one that is running."""
-        return False
-
-
-class Namer(Protocol):
-    """By which names functions find what they use; see ``Compiler``, which has the things themselves."""
-
-    def primitive(self, primitive: Any, *, moves: bool) -> str:
-        """The function of a primitive."""
-
-    def procedure(self, procedure: UserProcedure, *, as_command: bool) -> str:
-        """The function of a procedure."""
-
-    def constant(self, value: Any, node: Literal) -> str:
-        """A list that stands in the program."""
-
-    def always_outputs(self, procedure: UserProcedure) -> bool:
-        """Whether a procedure outputs whenever it ends."""
-
-    def never_outputs(self, procedure: UserProcedure) -> bool:
-        """Whether a procedure never outputs."""
 
 
 def key_of(node: Node) -> str:

@@ -7,6 +7,7 @@ import sys
 from turtlewire.errors import LimitReachedError
 from turtlewire.logo.compiler.runtime import BEGIN_NUMBERS, LETTERS, WORDS
 from turtlewire.logo.events import limit_reached
+from turtlewire.logo.primitives.predicates import ignores_case
 from turtlewire.logo.values import EXACT, NIL, Array, Value, equal, word
 
 TYPE_CHECKING = False
@@ -189,6 +190,24 @@ def memberp(primitive: Function) -> Function:
     return fast
 
 
+def substringp(primitive: Function) -> Function:
+    """SUBSTRINGP in a word that is asked again and again: in lower case, it is kept."""
+    whole_before, lowered = "", ""
+
+    def fast(logo: Interpreter, part: Value, whole: Value) -> Result:
+        nonlocal whole_before, lowered
+        if type(whole) is str and type(part) is str and part.isascii() and whole.isascii():
+            if part in whole:
+                return "true"
+            if ignores_case(logo):
+                if whole is not whole_before:
+                    whole_before, lowered = whole, whole.lower()
+                return "true" if part.lower() in lowered else "false"
+        return primitive(logo, part, whole)
+
+    return fast
+
+
 def quotient(primitive: Function) -> Function:
     """A quotient of whole numbers."""
 
@@ -346,5 +365,6 @@ MOVES: dict[str, Callable[[Function], Function]] = {
 FAST: dict[str, Callable[[Function], Function]] = {
     "first": first, "last": last, "butfirst": butfirst, "butlast": butlast, "item": item, "char": char,
     "ascii": ascii_of, "mditem": mditem, "mdsetitem": mdsetitem, "count": count, "lput": lput, "memberp": memberp,
+    "substringp": substringp,
     "quotient": quotient, "int": whole, "gprop": gprop, "pprop": pprop,
 }  # fmt: skip

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from turtlewire.logo.compiler import python as py
 from turtlewire.logo.compiler import structures
-from turtlewire.logo.compiler.kinds import NATURAL, NUMBER, WHOLE
+from turtlewire.logo.compiler.kinds import NATURAL, NUMBER, SMALL_AT_FIRST, WHOLE
 from turtlewire.logo.syntax import Call, Literal
 from turtlewire.logo.values import EXACT
 
@@ -95,6 +95,35 @@ def _remainder(emitter: Emitter, node: Call) -> Expr:
     condition = py.all_of(*conditions) if len(conditions) > 1 else conditions[0]
     otherwise = py.at(number, py.call(slow, py.name("logo"), again, b))
     return py.either(condition, py.binary(again, ast.Mod(), b), otherwise)
+
+
+def _int(emitter: Emitter, node: Call) -> Expr:
+    """INT: of a quotient, it is a division of whole numbers, as long as no float would be rounded."""
+    (quotient,) = node.inputs
+    slow = emitter.namer.primitive(node.primitive, moves=False)
+    number = emitter.site(node)
+    divisor = quotient.inputs[-1] if isinstance(quotient, Call) and len(quotient.inputs) == 2 else None
+    if (
+        not isinstance(quotient, Call)
+        or quotient.primitive.name != "quotient"
+        or not isinstance(divisor, Literal)
+        or not isinstance(divisor.value, int)
+        or divisor.value <= 0
+    ):
+        return py.at(number, py.call(slow, py.name("logo"), *emitter.values(node.inputs, node.name)))  # type: ignore[no-any-return]
+    first, again = emitter.named(emitter.value(quotient.inputs[0], quotient.name))
+    divided = py.call(
+        emitter.namer.primitive(quotient.primitive, moves=False),
+        py.name("logo"),
+        again,
+        py.const(divisor.value),
+    )
+    otherwise = py.at(
+        number, py.call(slow, py.name("logo"), py.at(emitter.site(quotient, node.name), divided))
+    )
+    within = ast.Compare(py.const(0), [ast.LtE(), ast.LtE()], [again, py.const(SMALL_AT_FIRST)])
+    condition = py.all_of(py.has_type(first, "int"), within)
+    return py.either(condition, py.binary(again, ast.FloorDiv(), py.const(divisor.value)), otherwise)
 
 
 def _plain(emitter: Emitter, node: Call) -> Expr:
@@ -222,7 +251,8 @@ def _predicate(emitter: Emitter, node: Call) -> Expr:
 
 OPERATIONS: dict[str, Callable[[Emitter, Call], Expr]] = {
     "sum": _sum, "+": _sum, "difference": _difference, "minus": _minus, "product": _product, "*": _product,
-    "remainder": _remainder, "modulo": _remainder, "first": structures.first, "butfirst": structures.butfirst,
+    "int": _int, "remainder": _remainder, "modulo": _remainder, "first": structures.first,
+    "butfirst": structures.butfirst,
     "last": structures.last, "fput": structures.fput, "list": structures.list_of, "word": structures.joined,
     "char": structures.char, "ascii": structures.ascii_of, "item": structures.item,
 }  # fmt: skip

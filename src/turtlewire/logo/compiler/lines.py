@@ -28,9 +28,9 @@ from turtlewire.logo.syntax import Call
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from turtlewire.logo.compiler.emit import Namer
     from turtlewire.logo.compiler.facts import Facts, Survey
     from turtlewire.logo.compiler.python import Expr, Stmt
+    from turtlewire.logo.compiler.roles import Namer
     from turtlewire.logo.syntax import Node
 
 _MOST_NODES = 400  # of a line that is written twice

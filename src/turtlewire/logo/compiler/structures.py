@@ -202,6 +202,16 @@ def item(emitter: Emitter, node: Call) -> Expr:
     whole, again = _twice(emitter, whole)
     number = emitter.site(node, "", (of_index, of_whole))
     otherwise = _slowly(emitter, node, number, index, again)
+    if (
+        isinstance(whole, ast.Constant)
+        and isinstance(whole.value, str)
+        and not isinstance(index, ast.Constant)
+    ):
+        within = ast.Compare(py.const(1), [ast.LtE(), ast.LtE()], [index, py.const(len(whole.value))])
+        letter = py.index(whole, py.binary(index, ast.Sub(), py.const(1)))
+        conditions = [*_whole(emitter, index, index_node), within]
+        condition = py.all_of(*conditions) if len(conditions) > 1 else within
+        return py.either(condition, py.index(py.name("LETTERS"), letter), otherwise)
     if isinstance(whole, ast.Constant):
         return _slowly(emitter, node, number, index, whole)
     if isinstance(index_node, Literal) and not emitter.kinds.of(whole_node) & ARRAY:

@@ -7,11 +7,12 @@ import hashlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from turtlewire.logo.compiler import python as py
-from turtlewire.logo.compiler.emit import Emitter, Namer, RefusedError, is_simple
+from turtlewire.logo.compiler.emit import Emitter, is_simple
 from turtlewire.logo.compiler.ending import ProcedureEnding
 from turtlewire.logo.compiler.facts import Survey, local_names
 from turtlewire.logo.compiler.kinds import Kinds
 from turtlewire.logo.compiler.lines import LineWriter
+from turtlewire.logo.compiler.roles import Namer, RefusedError
 from turtlewire.logo.compiler.sites import LOOPS, identifier, primitive_name
 from turtlewire.logo.compiler.store import Kept
 from turtlewire.logo.syntax import Call
@@ -186,7 +187,7 @@ class Writer(Namer):
             self._want(target)
             return f"q_{identifier(target.name.lower())}", f"r_{name}", emitter.site(node, "output")
 
-        ending = ProcedureEnding(survey, procedure, jump_to)
+        ending = ProcedureEnding(survey, procedure, jump_to, self._may_stand)
         emitter.ending = ending
         parameters: list[str] = []
         hidden: list[str] = []
@@ -228,6 +229,36 @@ class Writer(Namer):
         else:
             tree.append(py.assign(f"p_{name}", py.name(f"q_{name}")))
         return _Draft(tree, emitter.sites, dict(emitter.names), uses)
+
+    def _may_stand(self, emitter: Emitter, procedure: UserProcedure) -> bool:
+        """Whether a procedure's instructions may stand in the function of another; then its variables are there.
+
+        Raises:
+            RefusedError: they may not, because of a variable.
+        """
+        survey, facts = self._survey, self._survey.facts(procedure)
+        reached = survey.reached(procedure)
+        if not is_simple(procedure) or procedure.is_erased or procedure in self.refused:
+            return False
+        if self._logo.is_watched(procedure) or any(survey.facts(each).moves for each in reached):
+            return False  # what a limit sensor starts might define it anew
+        may_be_local = self._may_be_local(facts, reached)
+        for key in procedure.inputs:
+            if not may_be_local(key):
+                return False
+            emitter.names[key] = f"{identifier(key)}_"
+        if len({emitter.names[key] for key in procedure.inputs}) < len(procedure.inputs):
+            return False
+        self._bind_locals(emitter, procedure, may_be_local)
+        own = {key for node in survey.body(procedure) if isinstance(node, Call) for key in _declared(node)}
+        emitter.kinds = Kinds(
+            survey,
+            survey.body(procedure),
+            own.difference(procedure.inputs),
+            facts.free.union(procedure.inputs),
+        )
+        self._uses.calls[procedure.name.lower()] = procedure
+        return True
 
     def _body(self, emitter: Emitter, procedure: UserProcedure, nodes: list[Any]) -> None:
         facts = emitter.facts
@@ -315,6 +346,13 @@ class Writer(Namer):
     def never_outputs(self, procedure: UserProcedure) -> bool:
         """Whether a procedure never outputs."""
         return self._survey.never_outputs(procedure)
+
+
+def _declared(node: Call) -> list[str]:
+    """The names that a LOCAL or LOCALMAKE gives."""
+    if node.primitive.name not in ("local", "localmake"):
+        return []
+    return [key for key in local_names(node) if key is not None]
 
 
 def _finished(procedure: UserProcedure | None, draft: _Draft, title: str) -> Written:
