@@ -5,8 +5,8 @@ Usage:
     python tools/ucblogo_oracle.py record          write UCBLogo's answers into the cases
 
 Needs Debian's packages ucblogo and xvfb. A case says what UCBLogo does (``output`` and ``error``, both null when it
-does not come back); where turtlewire differs on purpose it also has ``differs`` (why) and
-``ours`` (what turtlewire does instead).
+does not come back); where turtlewire differs on purpose it also has ``differs`` (why) and ``ours`` (what turtlewire
+does instead). One that is ``alone`` leaves a workspace behind in which nothing else can run.
 """
 
 from __future__ import annotations
@@ -23,40 +23,45 @@ ORIGIN = "ucblogo 6.2.2"
 _MARK = "@@error"
 _BEGINNING = 'make "..b [] buryname "..b make "..b buried'
 _TIMEOUT_S = 6  # for one process
+_PATIENCE_S = 60  # for a program by itself that is known to come back, on a busy computer
 _BATCH = 50  # programs that one process runs at most
 
 
-def _main_program(folder: Path, index: int) -> str:
-    """The lines that run one case and write what it printed, and its error if there was one, to a file."""
-    return "\n".join(
-        [
-            f'openwrite "{folder}/out{index}',
-            f'setwrite "{folder}/out{index}',
-            "cs",
-            f'catch "error [load "{folder}/case{index}.lg]',
-            'make "..e error',
-            'make "fullprintp "false ern [printdepthlimit printwidthlimit]',  # for what is printed here
-            f'if not emptyp :..e [print "{_MARK} print item 1 :..e print item 2 :..e show item 3 :..e]',
-            "setwrite [] setread [] setprefix [] nodribble",
-            "closeall",
-            "untrace traced unstep stepped",
-            "unburyall",
-            "bury :..b",  # what was buried when it began; the library is loaded again as it is needed
-            "erall",
-            'make "caseignoredp "true make "allowgetset "true make "unburyonedit "true',
-        ]
-    )
+def _main_program(folder: Path, index: int, *, cleans: bool) -> str:
+    """The lines that run one case and write what it printed, and its error if there was one, to a file.
+
+    With ``cleans`` they leave the workspace as it was.
+    """
+    runs = [
+        f'openwrite "{folder}/out{index}',
+        f'setwrite "{folder}/out{index}',
+        "cs",
+        f'catch "error [load "{folder}/case{index}.lg]',
+        'make "..e error',
+        'make "fullprintp "false ern [printdepthlimit printwidthlimit]',  # for what is printed here
+        f'if not emptyp :..e [print "{_MARK} print item 1 :..e print item 2 :..e show item 3 :..e]',
+        "setwrite [] setread [] setprefix [] nodribble",
+        "closeall",
+    ]
+    tidies = [
+        "untrace traced unstep stepped",
+        "unburyall",
+        "bury :..b",  # what was buried when it began; the library is loaded again as it is needed
+        "erall",
+        'make "caseignoredp "true make "allowgetset "true make "unburyonedit "true',
+    ]
+    return "\n".join(runs + tidies if cleans else runs)
 
 
-def ask(programs: list[str]) -> list[dict[str, Any] | None]:
+def ask(programs: list[str], timeout_s: int = _TIMEOUT_S) -> list[dict[str, Any] | None]:
     """What UCBLogo does with each program; ``None`` where it did not come back (an uncaught THROW ends it)."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for index, program in enumerate(programs):
             (folder / f"case{index}.lg").write_text(program + "\n", encoding="utf-8")
-        lines = [_main_program(folder, index) for index in range(len(programs))]
+        lines = [_main_program(folder, index, cleans=len(programs) > 1) for index in range(len(programs))]
         (folder / "main.lg").write_text("\n".join([_BEGINNING, *lines, "bye", ""]), encoding="utf-8")
-        command = ["xvfb-run", "-a", "timeout", str(_TIMEOUT_S), "ucblogo", str(folder / "main.lg")]
+        command = ["xvfb-run", "-a", "timeout", str(timeout_s), "ucblogo", str(folder / "main.lg")]
         (folder / "work").mkdir()  # where the files are that programs write
         subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, check=False, cwd=folder / "work"
@@ -88,16 +93,27 @@ def _read_answer(path: Path, following: Path) -> dict[str, Any] | None:
     }
 
 
-def ask_all(programs: list[str]) -> list[dict[str, Any] | None]:
-    """Ask in one process as far as it lives, and go on in a new one behind the program that ended it."""
+def ask_all(cases: list[dict[str, Any]]) -> list[dict[str, Any] | None]:
+    """Ask in one process as far as it lives, and go on in a new one behind the program that ended it.
+
+    A program that was known to come back, and did not, is asked again by itself, with patience.
+    """
     answers: list[dict[str, Any] | None] = []
-    while len(answers) < len(programs):
-        batch = programs[len(answers) : len(answers) + _BATCH]
-        rest = ask([*batch, "print 1"])[:-1]  # so that the last of them can be seen to have come back
-        alive = next((i for i, answer in enumerate(rest) if answer is None), len(rest))
-        answers += rest[:alive]
-        if alive == 0:
-            answers.append(None)  # it had a process, and its time, to itself and those behind it
+    while len(answers) < len(cases):
+        rest = cases[len(answers) :]
+        alone = next((i for i, case in enumerate(rest) if "alone" in case), len(rest))
+        if alone == 0:
+            answers += ask([rest[0]["program"]], _PATIENCE_S)
+            continue
+        batch = [case["program"] for case in rest[: min(alone, _BATCH)]]
+        found = ask([*batch, "print 1"])[:-1]  # so that the last of them can be seen to have come back
+        alive = next((i for i, answer in enumerate(found) if answer is None), len(found))
+        answers += found[:alive]
+        if alive < len(found):
+            ended = rest[alive]
+            is_known_to_return = ended["output"] is not None or "differs" not in ended
+            again = ask([ended["program"], "print 1"], _PATIENCE_S) if is_known_to_return else [None]
+            answers.append(again[0])
     return answers
 
 
@@ -110,7 +126,7 @@ def main(arguments: list[str]) -> int:
     for path in sorted(VECTORS.glob("*.json")):
         document = json.loads(path.read_text(encoding="utf-8"))
         cases = document["cases"]
-        answers = ask_all([case["program"] for case in cases])
+        answers = ask_all(cases)
         for case, answer in zip(cases, answers, strict=True):
             now = answer or {"output": None, "error": None}
             if arguments == ["record"]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from turtlewire.logo.primitives.inputs import answer, integer, natural, number
+from turtlewire.logo.primitives.inputs import answer, integer, natural, number, text
 from turtlewire.logo.procedures import BadInputError, Chapter
-from turtlewire.logo.values import EXACT, Number, Value, make_list, narrowed
+from turtlewire.logo.values import EXACT, Number, Value, make_list, narrowed, plain
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -368,8 +368,20 @@ def _lshift(_logo: Interpreter, a: Value, b: Value) -> Number:
 
 @primitive("form", 3)
 def _form(_logo: Interpreter, a: Value, width: Value, precision: Value) -> Value:
+    """A number in a width, with so many decimals; with a width less than 0, by a format of C's ``printf``."""
+    if number(width) < 0:
+        return _form_as_in_c(a, precision)
     if natural(width) > 1000:
         raise BadInputError(width)
     if natural(precision) > 100:
         raise BadInputError(precision)
     return f"{number(a):{natural(width) or ''}.{natural(precision)}f}"
+
+
+def _form_as_in_c(a: Value, form: Value) -> str:
+    from turtlewire.logo.c_format import formatted
+
+    try:
+        return formatted(float(number(a)), plain(text(form)))
+    except ValueError:
+        raise BadInputError(form, wanted="a format of C with one %e, %f, %g or %a: |%8.3f|") from None

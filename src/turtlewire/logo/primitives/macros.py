@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from turtlewire.logo.blame import refuse_several
-from turtlewire.logo.calls import invoke
+from turtlewire.logo.calls import inputs_of, invoke
 from turtlewire.logo.definitions import define_from_list
 from turtlewire.logo.errors import LogoError, did_not_output
 from turtlewire.logo.primitives.inputs import answer, key, text
@@ -50,7 +50,7 @@ def _macroexpand(logo: Interpreter, expression: Value) -> Value:
             raise BadInputError(expression, wanted="a list that invokes a macro")
         raise LogoError(35, f"{show_in_error(first)} is not a macro.")
     refuse_several(code)
-    expansion = invoke(logo, node, logo.inputs_of(node), wants_value=True)
+    expansion = invoke(logo, node, inputs_of(logo, node), wants_value=True)
     if expansion is None:
         raise did_not_output(node.name, "macroexpand")
     return expansion
@@ -102,20 +102,26 @@ def _backquote(logo: Interpreter, template: Value) -> Value:
             if inner is not None:
                 opened.append(inner)
         elif member[:2] in ('",', ":,") and current.depth == 0:
-            current.made.append(_joined(logo, member))
+            current.made.append(_joined(logo, current, member, template))
         else:
             current.made.append(member)
+
+
+def _after(current: _Open, comma: str, member: str, template: Value) -> Value:
+    """The expression behind a comma: the rest of its word, or the next member."""
+    if member != comma:
+        return make_list((word(member[len(comma) :]),))
+    if not current.rest:
+        raise BadInputError(template, wanted=f"an instruction list after {comma}")
+    expression: Value = current.rest[0]
+    current.rest = current.rest[1]
+    return expression
 
 
 def _unquote(logo: Interpreter, current: _Open, member: str, template: Value) -> _Open | None:
     """Replace a comma and what follows it; within another backquote only what is deeper, which is output."""
     comma = ",@" if member.startswith(",@") else ","
-    expression: Value = make_list((word(member[len(comma) :]),))
-    if member == comma:
-        if not current.rest:
-            raise BadInputError(template, wanted=f"an instruction list after {comma}")
-        expression = current.rest[0]
-        current.rest = current.rest[1]
+    expression = _after(current, comma, member, template)
     if current.depth:
         current.made.append(comma)
         if isinstance(expression, list):
@@ -134,9 +140,9 @@ def _unquote(logo: Interpreter, current: _Open, member: str, template: Value) ->
     return None
 
 
-def _joined(logo: Interpreter, member: str) -> Value:
+def _joined(logo: Interpreter, current: _Open, member: str, template: Value) -> Value:
     """``",`` or ``:,`` and an expression: the quote or colon before its value."""
-    return word(member[0] + text(_value(logo, make_list((word(member[2:]),)))))
+    return word(member[0] + text(_value(logo, _after(current, member[:2], member, template))))
 
 
 def _value(logo: Interpreter, expression: Value) -> Value:
