@@ -83,10 +83,13 @@ bench: $(BENCH) ## measure against the peers
 generate: $(DEV) ## make the files again that are made from the specification
 	@$(BIN)/python -m tools.generate
 
-pictures: $(PICTURES) docs/pictures/drive.svg ## draw every example, and the dashboard, into docs/pictures
+pictures: $(PICTURES) docs/pictures/drive.svg docs/pictures/console-drive.png ## draw every example, the dashboard and the console, into docs/pictures
 
 docs/pictures/drive.svg: tools/dashboard_picture.py $(DEV)
 	@$(BIN)/python -m tools.dashboard_picture > $@
+
+docs/pictures/console-drive.png: tools/console_pictures.py $(DEV)
+	@$(BIN)/python -m tools.console_pictures $(@D)
 
 docs/pictures/%.svg: examples/%.logo $(RUNTIME)
 	@mkdir -p $(@D)

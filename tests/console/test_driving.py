@@ -188,7 +188,7 @@ def test_the_stop_of_all_stops_the_others_too(console: Console, visit: Visit) ->
         assert console.state("car")["wheel"]["driver"] is not None
         other.press(".tw-stop-all")
         console.wait_for_rest("car")
-    assert driver.see(".tw-hand-says.ended").count() == 1
+        driver.see(".tw-hand-says.ended").wait_for()
     with driver.holding("w"):
         driver.page.get_by_text("Somebody stopped the robot: take the wheel to drive.").wait_for()
         assert not console.moves("car")
