@@ -260,8 +260,8 @@ export default {
         </details>
       </div>
 
-      <div class="tw-lines" ref="list" tabindex="0" role="list" data-own-arrows :aria-label="t('traffic')" @scroll.passive="scrolled">
-        <div class="tw-lines-all" role="presentation" :style="{height: count * row + 'px'}">
+      <div class="tw-lines" ref="list" tabindex="0" role="region" data-own-arrows :aria-label="t('traffic_lines')" @scroll.passive="scrolled">
+        <div v-if="count" class="tw-lines-all" role="list" :style="{height: count * row + 'px'}">
           <div v-for="(line, at) in rows" :key="line.number" class="tw-line" role="listitem" :aria-setsize="count"
             :aria-posinset="first + at + 1" :class="[line.kind, line.from, {chosen: chosen && chosen.number === line.number}]"
             :style="{transform: 'translateY(' + (first + at) * row + 'px)'}" :data-number="line.number" @click="choose(line)">

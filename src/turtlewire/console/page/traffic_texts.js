@@ -15,6 +15,7 @@ export default {
       "What it sets going ends after two seconds. A car counts bytes to seven and has no other sign of where a command begins: if one is lost, the driver notices by the answers, stops the car, and gets in step again.",
     traffic_advice_frame:
       "Several messages with ; between go in one frame. The driver numbers the frames. What they set going ends after two seconds. Nothing is answered: a frame that is lost is lost.",
+    traffic_lines: "What has passed",
     traffic_filter: "Filter",
     traffic_direction: "Direction",
     traffic_both: "Both directions",
@@ -88,6 +89,7 @@ export default {
       "Vad det sätter igång slutar efter två sekunder. En bil räknar byte till sju och har inget annat tecken på var ett kommando börjar: om en byte försvinner märker drivrutinen det på svaren, stoppar bilen och kommer i takt igen.",
     traffic_advice_frame:
       "Flera meddelanden med ; emellan går i en ram. Drivrutinen numrerar ramarna. Vad de sätter igång slutar efter två sekunder. Ingenting besvaras: en ram som försvinner är borta.",
+    traffic_lines: "Vad som har passerat",
     traffic_filter: "Filter",
     traffic_direction: "Riktning",
     traffic_both: "Båda riktningarna",
