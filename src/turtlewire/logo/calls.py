@@ -163,6 +163,17 @@ def expansion(logo: Interpreter, node: Invocation, inputs: list[Value], *, may_b
     return RunList(value)
 
 
+def inputs_of(logo: Interpreter, node: Invocation) -> list[Value]:
+    """The inputs of an invocation, evaluated."""
+    inputs: list[Value] = []
+    for each in node.inputs:
+        value = logo.evaluate(each)
+        if type(value) not in VALUE_TYPES:
+            value = logo.instead(each, node.name, value)
+        inputs.append(value)  # type: ignore[arg-type]
+    return inputs
+
+
 # --- OUTPUT -------------------------------------------------------------------------------------------------------
 
 
@@ -177,7 +188,7 @@ def output(logo: Interpreter, node: OutputCall, how: int) -> Result:
         and how in (LAST, BODY)
         and not (each.procedure.is_macro or logo.is_traced)
     ):
-        return TailCall(each, logo.inputs_of(each))
+        return TailCall(each, inputs_of(logo, each))
     value = _evaluate_last(logo, each)
     if type(value) not in VALUE_TYPES:
         value = logo.instead(each, node.name, value)
@@ -191,7 +202,7 @@ def maybe_output(logo: Interpreter, node: MaybeOutputCall, how: int) -> Result:
     each = node.inputs[0]
     takes_place = how in (LAST, BODY) and not logo.is_traced
     if type(each) is Invocation and takes_place and not each.procedure.is_macro:
-        return TailCall(each, logo.inputs_of(each), may_output=True)
+        return TailCall(each, inputs_of(logo, each), may_output=True)
     result = _evaluate_last(logo, each)
     if result is None:
         return Stop()

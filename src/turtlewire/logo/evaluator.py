@@ -68,8 +68,7 @@ class Interpreter(Workspace):
     Args:
         turtle: what the graphics and robot primitives command: one turtle, or several by their names.
         write: called with each piece of text that the program prints.
-        random: where RANDOM and PICK get their numbers from, and what RERANDOM seeds; or what makes that when it is
-            wanted.
+        random: where RANDOM and PICK get their numbers from, or what makes that when it is wanted.
         step_mm: how many millimetres one turtle step is; more than 0.
         compiles: whether procedures become Python functions, which is faster; nothing else depends on it.
         compiled_at: a folder where compiled programs are kept for the next time; ``None``: they are not.
@@ -96,9 +95,7 @@ class Interpreter(Workspace):
         self.procedure: UserProcedure | None = None
         self.test: bool | None = None
         self.slots: list[Value] = []  # what ? stands for
-        self.iteration: tuple[int, list[Value]] | None = (
-            None  # what # and ?REST stand for: how far, through what
-        )
+        self.iteration: tuple[int, list[Value]] | None = None  # of # and ?REST: how far, through what
         self.baskets: tuple[Value, Value] | None = None  # what ?IN and ?OUT stand for
         self.repeat_count = -1
         self.events = Events()
@@ -191,7 +188,7 @@ class Interpreter(Workspace):
     @property
     def position(self) -> Position | None:
         """Where in the program the evaluator is, ``None`` before it has begun. Safe to ask from another thread."""
-        place = running_place(self, _EVALUATES) or self._ended_at or self.place
+        place = running_place(self, Interpreter.run_code.__code__) or self._ended_at or self.place
         return place[0].position(place[1]) if place is not None else None
 
     @property
@@ -343,16 +340,6 @@ class Interpreter(Workspace):
             blame.annotate(self, trouble, node)
             raise
 
-    def inputs_of(self, node: Invocation) -> list[Value]:
-        """The inputs of an invocation, evaluated."""
-        inputs: list[Value] = []
-        for each in node.inputs:
-            value = self.evaluate(each)
-            if type(value) not in VALUE_TYPES:
-                value = self.instead(each, node.name, value)
-            inputs.append(value)  # type: ignore[arg-type]
-        return inputs
-
     def _evaluate_unparsed(self, node: Node, how: int) -> Result:
         if isinstance(node, MaybeOutputCall):
             return calls.maybe_output(self, node, how)
@@ -378,6 +365,8 @@ class Interpreter(Workspace):
         if isinstance(result, Stop | Output | Goto):
             raise ExitError(result)
         return self.fail(blame.about_input(self, node, wanted_by), node.place)
+
+    # --- what is made when it is wanted ------------------------------------------------------------------------
 
     @property
     def random(self) -> Random:
@@ -410,6 +399,3 @@ class Interpreter(Workspace):
     @compiler.setter
     def compiler(self, compiler: Compiler) -> None:
         self._compiler = compiler
-
-
-_EVALUATES = Interpreter.run_code.__code__
