@@ -37,6 +37,9 @@ RATE_PER_S, AT_ONCE = 100.0, 1000.0
 # Wrong tokens of one address.
 GUESSES_PER_S, GUESSES_AT_ONCE = 0.2, 20.0
 MAX_ADDRESSES = 4096
+# Refusals in the log.
+LINES_PER_S, LINES_AT_ONCE = 10.0, 100.0
+TOO_LONG = 1009
 SAFE = ("GET", "HEAD", "OPTIONS")
 STOPS = re.compile(r"/api/(robots/[^/]+/)?stop")
 HEADERS = {
@@ -154,6 +157,8 @@ class Gate:
         self._door = door
         self.clock = clock
         self._requests = Buckets(RATE_PER_S, AT_ONCE)
+        self._lines = Bucket(LINES_PER_S, LINES_AT_ONCE)
+        self._unlogged = 0
         self._guesses = Buckets(GUESSES_PER_S, GUESSES_AT_ONCE)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -171,12 +176,26 @@ class Gate:
         if entry is not None:
             await _answer(send, 303, b"", [("location", entry), ("set-cookie", self._set_cookie())])
             return
+        if request.is_socket:
+            await self._app(scope, self._watched(request, receive), send)
+            return
         body = Body(receive)
         # What reads the body may make something else of its refusal.
         with contextlib.suppress(Refused):
             await self._app(scope, body.receive, _with_headers(send, request, body))
         if body.refusal is not None:
             await self._refuse(request, body.refusal, send)
+
+    def _watched(self, request: Request, receive: Receive) -> Receive:
+        """A socket's messages; one that was too long has ended it."""
+
+        async def watched() -> Message:
+            message = await receive()
+            if message["type"] == "websocket.disconnect" and message.get("code") == TOO_LONG:
+                self._note(request, "size", "a message was too long")
+            return message
+
+        return watched
 
     def _check(self, request: Request) -> None:
         """Raises ``Refused``."""
@@ -251,15 +270,19 @@ class Gate:
         secure = "; Secure" if self._door.is_secure else ""
         return f"{self._door.cookie}={self._door.token}; Path=/; HttpOnly; SameSite=Strict{secure}"
 
-    async def _refuse(self, request: Request, refusal: Refused, send: Send) -> None:
+    def _note(self, request: Request, code: str, text: str) -> None:
+        """In the log: all refusals, but for a flood of them, which is counted."""
+        if not self._lines.take(self.clock()):
+            self._unlogged += 1
+            return
+        more, self._unlogged = self._unlogged, 0
+        said = f" (and {more} other refusals)" if more else ""
         log.warning(
-            "refused %s %s %.200s: %s: %s",
-            request.address,
-            request.method,
-            request.path,
-            refusal.code,
-            refusal.text,
+            "refused %s %s %.200s: %s: %s%s", request.address, request.method, request.path, code, text, said
         )
+
+    async def _refuse(self, request: Request, refusal: Refused, send: Send) -> None:
+        self._note(request, refusal.code, refusal.text)
         if request.is_socket:
             await send({"type": "websocket.close", "code": 1008, "reason": refusal.code})
             return

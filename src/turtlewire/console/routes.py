@@ -107,13 +107,12 @@ async def state(console: ConsoleOf, station: StationOf) -> Response:
     return Response(views.encoded(told), media_type="application/json")
 
 
-@router.get("/robots/{robot}/path")
-def path(station: StationOf, since: Annotated[int, Query(ge=0, le=2**53)] = 0) -> models.PathPiece:
+@router.get("/robots/{robot}/path", response_model=models.PathPiece)
+def path(station: StationOf, since: Annotated[int, Query(ge=0, le=2**53)] = 0) -> Response:
     """Where the robot has been, from an index on. Its last point may still move: ask for that again."""
     piece = station.path.since(since, MAX_POINTS)
-    return models.PathPiece(
-        generation=piece.generation, start=piece.start, points=[list(point) for point in piece.points]
-    )
+    told = {"generation": piece.generation, "from": piece.start, "points": piece.points}
+    return Response(views.encoded(told), media_type="application/json")
 
 
 @router.get(
@@ -190,4 +189,9 @@ def _order(command: models.Command) -> Order:
 async def stream(socket: WebSocket) -> None:
     """One page: see ``stream``."""
     await socket.accept()
-    await Stream(console_of(socket), socket, address_of(socket)).serve()
+    try:
+        served = Stream(console_of(socket), socket, address_of(socket))
+    except Refused as refusal:
+        await socket.close(1013, refusal.code)
+        return
+    await served.serve()

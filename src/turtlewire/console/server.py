@@ -159,7 +159,7 @@ class Service:
 
     def end(self) -> None:
         """Stop the robots, and end; from any thread, or a signal's handler."""
-        self.console.stations.stop_now()
+        self.console.stations.end()
         self._server.should_exit = True
 
 

@@ -90,6 +90,7 @@ class Station:
         self._grips = Grips()
         self._helm: Helm | None = None
         self._reaching: asyncio.Task[None] | None = None
+        self._is_over = False
 
     # ------------------------------------------------------------------ reaching it
 
@@ -236,6 +237,11 @@ class Station:
         if helm is not None:
             helm.stop()
 
+    def end(self) -> None:
+        """The console ends: stop the robot, and have nobody drive it any more; from any thread."""
+        self._is_over = True
+        self.halt()
+
     def hid(self, session: Session) -> None:
         """Its page is not seen any more: nobody drives blindly."""
         if self.wheel.driver == session.id:
@@ -313,6 +319,8 @@ class Station:
             self._helm.tell_of(error)
 
     def _reached(self) -> Helm:
+        if self._is_over:
+            raise Refused(409, "over", "the console is ending: nothing is driven any more")
         if self._helm is None:
             raise self._not_reached()
         return self._helm

@@ -87,10 +87,10 @@ class Stations:
         for station in self:
             station.stop(by, who)
 
-    def stop_now(self) -> None:
-        """Stop all of them, from any thread, or a signal's handler: the console ends."""
+    def end(self) -> None:
+        """Stop all of them for good, from any thread, or a signal's handler: the console ends."""
         for station in self:
-            station.halt()
+            station.end()
 
     def leave(self, session: Session) -> None:
         """A session is over."""

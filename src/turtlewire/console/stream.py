@@ -31,7 +31,7 @@ TELL_S, STAMP_S = 0.05, 0.1
 # A message is no longer than this; so many may come in a second, after a pause at once.
 MAX_CHARACTERS = 4096
 RATE_PER_S, AT_ONCE = 120.0, 240.0
-# Of whoever goes on all the same, so many messages are dropped before the stream ends.
+# After so many messages that were too many, or none at all, the stream ends.
 PATIENCE = 500
 # Points of a path in one message.
 MAX_POINTS = 2000
@@ -104,12 +104,12 @@ class Stream:
             try:
                 message = self._read(text)
                 if not (self._bucket.take(now) or isinstance(message, messages.Stop | messages.Release)):
-                    self._dropped += 1
                     raise Refused(429, "rate", f"more than {RATE_PER_S:.0f} messages a second")
                 self._do(message, now)
             except Refused as refusal:
+                self._dropped += 1
                 self._refuse("message", refusal)
-        log.warning("refused %s (%s): too many messages", self._session.address, self._session.name)
+        log.warning("refused %s: too many messages, or none at all", self._who)
         await self._socket.close(1008, "too many messages")
 
     @staticmethod

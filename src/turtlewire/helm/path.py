@@ -142,10 +142,10 @@ class Path:
             count = len(self._pen)
             start = max(0, min(start, count + len(self._tip)))
             end = min(start + limit, count)
-            settled = zip(self._x[start:end], self._y[start:end], self._pen[start:end], strict=True)
+            settled = self._x[start:end], self._y[start:end], self._pen[start:end]
             tip = self._tip[max(0, start - count) : max(0, start + limit - count)]
             generation = self._generation
-            points = [*settled, *tip]
+        points = [*zip(*settled, strict=True), *tip]
         return Piece(generation, start, [(round(x, 2), round(y, 2), pen) for x, y, pen in points])
 
     @property

@@ -236,6 +236,22 @@ def test_a_flood_is_cut_off_but_for_stops(tmp_path: Path, monkeypatch: pytest.Mo
         assert answers == [404] * 5 + [429]
 
 
+def test_a_flood_of_refusals_fills_no_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refusals: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("turtlewire.console.gate.LINES_AT_ONCE", 3.0)
+    now = 0.0
+    with Served("sim:simple", folder=tmp_path) as served, served.http(Host="evil.example") as http:
+        served.service.gate.clock = lambda: now
+        for _ in range(10):
+            assert http.get("/").status_code == 421
+        assert refusals.text.count(": host: ") == 3
+        now = 10.0
+        http.get("/")
+        assert refusals.text.count(": host: ") == 4
+        assert "(and 7 other refusals)" in refusals.text
+
+
 @given(
     st.lists(st.floats(0.0, 3.0), min_size=1, max_size=200),
     st.floats(0.5, 20.0),

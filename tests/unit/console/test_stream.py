@@ -6,11 +6,14 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from tests.unit.console.served import Served, moves, stands, until
+from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from turtlewire.console.station import Station
 
@@ -181,13 +184,39 @@ def test_what_is_no_message_is_refused_and_the_stream_goes_on(served: Served, te
         page.refusal("no_robot")
 
 
-def test_long_messages_and_floods(served: Served) -> None:
+def test_long_messages_and_floods(served: Served, caplog: pytest.LogCaptureFixture) -> None:
     with served.page("car") as page:
         page.say(type="name", name="x" * 5000)
         page.refusal("long")
         assert page.ended_by('{"type":"visible","visible":true}', 1500) == 1008
     with served.page("car") as page:
         assert page.ended_by("x" * 100_000, 1) == 1009
+    until(lambda: "refused 127.0.0.1 WEBSOCKET /api/stream: size: " in caplog.text)
+    assert ": too many messages" in caplog.text
+
+
+def test_there_is_an_end_of_sessions(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("turtlewire.console.sessions.MAX_SESSIONS", 0)
+    with pytest.raises(ConnectionClosed) as closed, served.page("car"):
+        pass
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1013
+    with served.http() as http:
+        assert http.post("/api/sessions").json()["code"] == "many_sessions"
+
+
+def test_sessions_that_nobody_uses_are_over(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    with served.http() as http:
+        one = http.post("/api/sessions").json()
+        headers = {"X-Session": one["session"]}
+        assert http.post("/api/robots/car/wheel", json={"action": "take"}, headers=headers).is_success
+        monkeypatch.setattr("turtlewire.console.sessions.UNUSED_S", 0.0)
+        with served.page("car") as page:
+            page.state("car")
+            http.post("/api/sessions")
+            assert page.state("car", lambda state: state["wheel"]["driver"] is None)
+        answer = http.post("/api/robots/car/wheel", json={"action": "take"}, headers=headers)
+        assert answer.json()["code"] == "no_session"
 
 
 def test_a_stop_is_heard_in_the_middle_of_a_flood(served: Served) -> None:
@@ -317,3 +346,30 @@ def test_twenty_who_watch_are_told_the_same(served: Served) -> None:
         driver.say(type="stop", robot="frame")
         for watcher in watchers:
             watcher.__exit__(None, None, None)
+
+
+def test_when_it_ends_nobody_drives_on(tmp_path: Path) -> None:
+    with Served("sim:frame", folder=tmp_path) as served, served.page("frame") as page:
+        page.hold("frame", 0.5, moves)
+        served.console.stations.end()
+        page.state("frame", stands)
+        page.drive("frame", 0.5, grip=2)
+        page.refusal("over")
+
+
+def test_a_long_path_is_fetched_and_told(tmp_path: Path) -> None:
+    with Served("sim:frame", folder=tmp_path) as served, served.page("frame") as page:
+        path = served.console.stations["frame"].path
+        for i in range(5000):
+            path.move(Pose(100.0 * (i % 2), float(i)), pen_down=bool(i % 3))
+        whole = path.since(0)
+        assert len(whole.points) >= 5000
+        shown: list[Any] = whole.points[:1]
+        while len(shown) < len(whole.points):
+            piece = page.state("frame", lambda state: "path" in state)["path"]
+            assert len(piece["points"]) <= 2000
+            shown[piece["from"] :] = [tuple(point) for point in piece["points"]]
+        assert shown == whole.points
+        with served.http() as http:
+            fetched = http.get("/api/robots/frame/path").json()["points"]
+        assert [tuple(point) for point in fetched] == whole.points
