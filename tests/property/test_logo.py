@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
 from turtlewire.logo.printout import variable_text
-from turtlewire.logo.reader import Line, read, read_list
+from turtlewire.logo.reader import Line, read
+from turtlewire.logo.receiving import read_list
 from turtlewire.logo.tokens import tokenize
 from turtlewire.logo.values import (
     Array,

@@ -179,10 +179,7 @@ class Interpreter(Workspace):
         self.epoch += 1  # nothing that is looked at is compiled
 
     def progress(self) -> float | None:
-        """How far the program has come, 0 to 1, an estimate that never goes back; ``None`` before the first run.
-
-        Cheap, and safe to ask from another thread.
-        """
+        """An estimate, 0 to 1, that never goes back; ``None`` before the first run. Cheap, and safe in any thread."""
         return self.levels.estimate()
 
     @property
@@ -202,8 +199,7 @@ class Interpreter(Workspace):
     @property
     def place(self) -> Place:
         """Where the instruction that the evaluator is at stands."""
-        node = self.node
-        return node.place if node is not None else None
+        return node.place if (node := self.node) is not None else None
 
     # --- instruction lists ------------------------------------------------------------------------------------
 

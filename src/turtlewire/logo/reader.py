@@ -336,23 +336,6 @@ def read(text: str, name: str = "") -> list[Line | Definition]:
     return program
 
 
-def read_list(text: str) -> List:
-    """The list that a text spells, as READLIST and PARSE read it: one list, the newlines in it mere spaces.
-
-    Raises:
-        LogoError: whatever ``LineReader.read_line`` raises.
-    """
-    reader = LineReader(Source(text, ""), is_data=True)
-    items: list[Item] = []
-    try:
-        while (line := reader.read_line()) is not None:
-            items.extend(line.items)
-    except LogoError as error:
-        error.position = None  # the program that reads the list is to blame, not a line of it
-        raise
-    return Line(tuple(items)).value
-
-
 def _behind_tilde(text: str, i: int) -> int:
     """The beginning of the next line, if a ``~`` is the last in its own but for spaces; otherwise 0."""
     end = i + 1

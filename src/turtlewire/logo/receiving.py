@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from turtlewire.logo.reader import read_list
+from turtlewire.logo.errors import LogoError
+from turtlewire.logo.reader import Line, LineReader, Source
 from turtlewire.logo.values import List, Value, word
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from turtlewire.logo.reader import Item
 
     Lines = Callable[[], str | None]
 
@@ -34,6 +37,23 @@ class _Opened:
                 self._brackets += (c in "[{") - (c in "]}")
             i += 1
         return self._in_bars or self._brackets > 0 or (line.endswith("~") and not line.endswith("\\~"))
+
+
+def read_list(text: str) -> List:
+    """The list that a text spells, as READLIST and PARSE read it: one list, the newlines in it mere spaces.
+
+    Raises:
+        LogoError: whatever ``LineReader.read_line`` raises.
+    """
+    reader = LineReader(Source(text, ""), is_data=True)
+    items: list[Item] = []
+    try:
+        while (line := reader.read_line()) is not None:
+            items.extend(line.items)
+    except LogoError as error:
+        error.position = None  # the program that reads the list is to blame, not a line of it
+        raise
+    return Line(tuple(items)).value
 
 
 def list_of_line(read_line: Lines) -> List | None:

@@ -3,7 +3,8 @@ from __future__ import annotations
 import pytest
 
 from turtlewire.logo.errors import LogoError
-from turtlewire.logo.reader import Definition, Line, read, read_list
+from turtlewire.logo.reader import Definition, Line, read
+from turtlewire.logo.receiving import read_list
 from turtlewire.logo.values import show
 
 

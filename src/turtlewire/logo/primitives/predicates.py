@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from turtlewire.logo.primitives.inputs import answer, integer, text
 from turtlewire.logo.procedures import BadInputError, Chapter
-from turtlewire.logo.reader import line_of, read_list, value_of
+from turtlewire.logo.reader import line_of, value_of
+from turtlewire.logo.receiving import read_list
 from turtlewire.logo.tokens import tokenize
 from turtlewire.logo.values import (
     BACKSLASHED,

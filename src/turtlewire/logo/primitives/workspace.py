@@ -8,7 +8,7 @@ from turtlewire.logo.primitives.inputs import answer, key, text
 from turtlewire.logo.primitives.predicates import ignores_case
 from turtlewire.logo.printout import full_text
 from turtlewire.logo.procedures import Chapter, Primitive, UserProcedure
-from turtlewire.logo.reader import read_list
+from turtlewire.logo.receiving import read_list
 from turtlewire.logo.scope import set_local
 from turtlewire.logo.tracing import tell_property, tell_variable
 from turtlewire.logo.values import NIL, List, Value, make_list, members_of, plain, word
