@@ -14,17 +14,18 @@ from turtlewire.errors import TurtlewireError
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
 
 VARIABLES = ["a", "b", "c", "g"]
-PROCEDURES = {"p": 1, "q": 2, "r": 0, "s": 1}
+PROCEDURES = {"p": 1, "q": 2, "r": 0, "s": 1, "u": 1, "v": 2}
 BINARY = ["+", "-", "*", "/", "<", ">", "=", "<=", ">=", "<>"]
 OPERATIONS = {
     "sum": 2, "difference": 2, "product": 2, "quotient": 2, "remainder": 2, "modulo": 2, "minus": 1, "int": 1,
     "first": 1, "butfirst": 1, "last": 1, "butlast": 1, "fput": 2, "lput": 2, "list": 2, "sentence": 2, "word": 2,
     "item": 2, "count": 1, "emptyp": 1, "listp": 1, "wordp": 1, "numberp": 1, "equalp": 2, "memberp": 2, "not": 1,
-    "and": 2, "or": 2, "lessp": 2, "uppercase": 1, "thing": 1, "abs": 1, "reverse": 1,
+    "and": 2, "or": 2, "lessp": 2, "uppercase": 1, "thing": 1, "abs": 1, "reverse": 1, "char": 1, "ascii": 1,
+    "gprop": 2, "mditem": 2, "substringp": 2,
 }  # fmt: skip
 LITERALS = [
     "0", "1", "2", "-1", "2.5", "007", '"', '"x', '"abc', '"12', "[]", "[1 2 3]", "[a [b c] 4]", '"true', '"false',
-    "9007199254740993", "1e200", "[print 1]", "[:a]",
+    "9007199254740993", "1e200", "[print 1]", "[:a]", "{1 2 3}", "(array 2 0)", "(mdarray [2 2])", '"aeiou', '"K', '"+',
 ]  # fmt: skip
 
 
@@ -92,6 +93,14 @@ def instructions(scope: Scope) -> st.SearchStrategy[str]:
         value.map(lambda found: f"rt {found}"),
         value,
         value.map(lambda found: f"ignore {found}"),
+        st.tuples(names, st.sampled_from(["+ 1", "- 1", "* 2", "+ 0.5", "+ 16"])).map(
+            lambda found: f'make "{found[0]} :{found[0]} {found[1]}'
+        ),
+        st.tuples(value, names, value).map(lambda found: f"setitem {found[0]} :{found[1]} {found[2]}"),
+        st.tuples(value, names, value).map(
+            lambda found: f"mdsetitem list {found[0]} 1 :{found[1]} {found[2]}"
+        ),
+        st.tuples(names, value).map(lambda found: f'pprop "list "{found[0]} {found[1]}'),
     ]
     if scope.in_procedure:
         kinds += [value.map(lambda found: f"output {found}"), st.just("stop")]
@@ -111,6 +120,9 @@ def instructions(scope: Scope) -> st.SearchStrategy[str]:
             st.tuples(count, loop).map(lambda found: f"repeat {found[0]} [{found[1]}]"),
             st.tuples(names, count, count, block).map(
                 lambda found: f"for [{found[0]} {found[1]} {found[2]}] [{FUEL} {found[3]}]"
+            ),
+            st.tuples(names, count, block).map(
+                lambda found: f"while [:{found[0]} < {found[1]}] [{FUEL} {found[2]}]"
             ),
             st.tuples(value, template).map(lambda found: f"foreach {found[0]} [{found[1]}]"),
             st.tuples(st.sampled_from(["error", "t"]), block).map(
@@ -136,8 +148,11 @@ def programs(draw: st.DrawFn) -> str:
         inputs = " ".join(f":{each}" for each in VARIABLES[:count])
         lines += [f"to {name} {inputs}", FUEL]
         lines += draw(st.lists(instructions(Scope(2, in_procedure=True)), max_size=4))
+        if name in ("u", "v"):  # each ends in the other
+            value = draw(expressions(Scope(1)))
+            lines.append(f"output v {value} :a" if name == "u" else f"output u {value}")
         lines.append("end")
-    lines += ['make "fuel 60', 'make "g 5', 'make "a 3']
+    lines += ['make "fuel 60', 'make "g 5', 'make "a 3', 'make "c (array 3)', 'pprop "list "g 7']
     lines += draw(st.lists(instructions(Scope(3)), min_size=1, max_size=4))
     return "\n".join(lines) + "\n"
 

@@ -198,3 +198,9 @@ def test_the_rest_is_known_in_templates_only(session: Session) -> None:
     assert session.run("foreach [a b] [foreach [c] [] print #]") == "1\n2\n"
     assert session.error("foreach [a b] [print first 1 / 0]").number == 4
     assert session.run("print #") == "-1\n"
+
+
+@pytest.mark.parametrize("operation", ["int", "round"])
+def test_no_whole_number_is_infinite(session: Session, operation: str) -> None:
+    assert session.error(f"print {operation} 1e200 * 1e200").text == f"{operation} doesn't like inf as input"
+    assert session.run(f"print {operation} -2.75 * 2") == ("-5\n" if operation == "int" else "-6\n")

@@ -126,12 +126,12 @@ def _modulo(_logo: Interpreter, a: Value, b: Value) -> Number:
 
 @primitive("int", 1)
 def _int(_logo: Interpreter, a: Value) -> Number:
-    return _finite(int(number(a)), a)
+    return _finite(int(_finite(number(a), a)), a)
 
 
 @primitive("round", 1)
 def _round(_logo: Interpreter, a: Value) -> Number:
-    value = number(a)
+    value = _finite(number(a), a)
     rounded = value if isinstance(value, int) else math.floor(abs(value) + 0.5)
     return _finite(-rounded if isinstance(value, float) and value < 0 else rounded, a)
 
