@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
+import json
 import os
 import signal
+import threading
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +14,7 @@ import pytest
 
 from turtlewire.configuration import target
 from turtlewire.console.runs import KEPT, Output, Program, Run, Runs
+from turtlewire.console.worker import PIECE, Work
 from turtlewire.errors import LinkClosedError
 from turtlewire.helm.helm import Helm
 
@@ -235,6 +239,37 @@ def test_last_words_are_said_and_nothing_in_them_moves(owner: Owner, runs: Runs)
     owner.wait_for_rest()
 
 
+@pytest.mark.parametrize(
+    "source", ["forever []", "print readlist", "to again\n  again\nend\nagain", "wait 600000"]
+)
+def test_wherever_it_is_stopped_it_says_its_last_words(owner: Owner, runs: Runs, source: str) -> None:
+    run = start(runs, f'onstop [print "bye]\n{source}')
+    wait_until(lambda: (run.state["line"] or 0) >= 2, "what stands behind it")
+    stop(owner, run)
+    phase(run, "stopped")
+    assert written(run) == "bye\n"
+
+
+def test_a_paused_program_says_its_last_words_too(owner: Owner, runs: Runs) -> None:
+    run = start(runs, 'onstop [print "bye]\nprint 1', breakpoints=(2,))
+    phase(run, "paused")
+    stop(owner, run)
+    phase(run, "stopped")
+    assert written(run) == "bye\n"
+
+
+def test_a_process_that_hears_nothing_is_ended(
+    owner: Owner, runs: Runs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("turtlewire.console.runs.LAST_WORDS_S", 0.1)
+    run = start(runs, "forever []")
+    phase(run, "running")
+    assert run._worker is not None
+    os.kill(run._worker.pid, signal.SIGSTOP)
+    stop(owner, run)
+    phase(run, "stopped")
+
+
 def test_last_words_that_go_on_and_on_are_ended(owner: Owner, runs: Runs) -> None:
     run = start(runs, "onstop [forever [wait 1]]\nfd 100000")
     wait_until(lambda: run.state["line"] == 2, "the motion")
@@ -301,6 +336,26 @@ def test_a_program_that_prints_and_prints_is_slowed_down_and_its_end_is_kept(
     assert int(last[-2]) - int(last[-102]) == 100  # nothing within is lost
 
 
+def test_what_is_not_handed_on_yet_has_a_bound() -> None:
+    """Or a program that prints faster than anybody takes it would fill the memory."""
+    job = {
+        "source": "", "name": "p.logo", "paused": False, "breakpoints": [], "folder": None, "pose": [0, 0, 0],
+        "pen": True, "step_mm": 1.0,
+    }  # fmt: skip
+    sent = io.BytesIO()
+    work = Work(job, io.BytesIO(), sent)
+    work.write("x" * PIECE)  # so much is no reason to wait
+    thread = threading.Thread(target=work.write, args=("yz",))
+    thread.start()
+    wait_until(lambda: work._room._waiters, "the program to wait")  # type: ignore[attr-defined]
+    assert thread.is_alive()
+    work.flush()
+    thread.join(DEADLINE_S)
+    assert not thread.is_alive()
+    said = "".join(json.loads(line)["wrote"] for line in sent.getvalue().splitlines())
+    assert said == "x" * PIECE + "yz"
+
+
 def test_output_from_any_place_on() -> None:
     output = Output()
     output.add("abc")
@@ -327,7 +382,7 @@ def test_what_it_reads_somebody_types(runs: Runs) -> None:
 
 
 def test_a_pause_does_not_wait_for_the_end_of_a_long_line(owner: Owner, runs: Runs) -> None:
-    run = start(runs, "repeat 1000 [fd 5 bk 5]")
+    run = start(runs, "fd 5 bk 5 " * 500)
     wait_until(lambda: run.state["line"] == 1, "the line")
     run.pause()
     phase(run, "paused")
