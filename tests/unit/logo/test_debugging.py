@@ -314,6 +314,19 @@ class TestOrders:
         assert session.run(program) == "1\n"
         assert front.lines == [6, 7, 2, 3, 9]
 
+    def test_lists_in_the_place_of_lists_are_no_deeper(self, session: Session) -> None:
+        depths: set[int] = set()
+
+        def on_stop(_moment: Moment, _reason: Reason) -> Order:
+            depths.add(len(debugger._lines))
+            return Order.INTO
+
+        debugger = Debugger(on_stop, Order.INTO)
+        session.interpreter.attach(debugger)
+        program = '.macro again :n\nif :n = 0 [output [print 7]]\noutput (list "again :n - 1)\nend\nagain 50'
+        assert session.run(program) == "7\n"
+        assert max(depths) < 6
+
     def test_what_no_file_contains(self, session: Session) -> None:
         front = Front(session, Order.INTO)
         session.run('define "f (list [] (list "print 1) (list "print 2))\nf')
