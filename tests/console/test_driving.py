@@ -133,14 +133,17 @@ def test_a_car_drives_and_steers_at_once(console: Console, visit: Visit) -> None
     visitor = visit(robot="car")
     before = console.view("car")["pose"]
     keyboard = visitor.page.keyboard
-    keys = ("w", "d")
-    visitor.drive(
-        lambda: [keyboard.down(key) for key in keys],
-        lambda: [keyboard.up(key) for key in keys],
-        _gone(console, "car", before, ahead=1, turn=1),
-    )
-    for key in keys:
-        keyboard.up(key)
+
+    def press() -> None:
+        keyboard.down("w")
+        keyboard.down("d")
+
+    def release() -> None:
+        keyboard.up("w")
+        keyboard.up("d")
+
+    visitor.drive(press, release, _gone(console, "car", before, ahead=1, turn=1))
+    release()
     console.wait_for_rest("car")
 
 

@@ -329,7 +329,7 @@ export default {
           <tw-icon name="gear"/></button>
       </header>
 
-      <main class="tw-stage">
+      <div class="tw-stage">
         <template v-if="state">
           <tw-map :api="api" :robot="robot" :theme="settings.theme" :t="t"></tw-map>
           <div class="tw-side">
@@ -356,7 +356,7 @@ export default {
           </div>
         </template>
         <p v-else class="tw-wait" role="status">{{ t(api.store.connection === 'lost' ? 'lost' : 'loading') }}</p>
-      </main>
+      </div>
 
       <section class="tw-stops" :aria-label="t('stop')">
         <button class="tw-stop" :class="{pressed: isStopping}" :title="t('stop_help')" aria-keyshortcuts="Escape Space"
