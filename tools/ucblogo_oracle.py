@@ -133,11 +133,14 @@ def main(arguments: list[str]) -> int:
                 case.update(now)
             elif {"output": case["output"], "error": case["error"]} != now:
                 wrong += 1
-                print(f"{path.name} {case['id']}: recorded {case['output']!r} {case['error']}, now {now}")
+                print(
+                    f"{path.name} {case['id']}: recorded {case['output']!r} {case['error']}, now {now}",
+                    flush=True,
+                )
         if arguments == ["record"]:
             document["origin"] = ORIGIN
             path.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        print(f"{path.name}: {len(cases)} cases")
+        print(f"{path.name}: {len(cases)} cases", flush=True)
     return 1 if wrong else 0
 
 
