@@ -6,7 +6,6 @@ import contextlib
 from typing import TYPE_CHECKING
 
 from turtlewire.cli import options
-from turtlewire.configuration import PROTOCOLS
 from turtlewire.errors import LinkClosedError, LinkError, TurtlewireError
 
 if TYPE_CHECKING:
@@ -105,6 +104,8 @@ class Connected:
 
 def as_turtles(turtles: Mapping[str, Turtle]) -> Turtle | Mapping[str, Turtle]:
     """What a program is given: one that has no name of its own is called as Logo calls it."""
+    from turtlewire.configuration import PROTOCOLS
+
     (name, turtle), *others = turtles.items()
     return turtle if not others and name in PROTOCOLS else turtles
 

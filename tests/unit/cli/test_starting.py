@@ -158,6 +158,7 @@ def test_a_program_that_was_compiled_before_loads_little_more(
         "_collections",
         "encodings.utf_8_sig",
         "errno",
+        "gc",
         "itertools",
         "math",
         "zlib",
