@@ -59,12 +59,14 @@ class ScreenTurtle(Turtle):
         """Drive straight ahead; backwards when negative."""
         x_before, y_before = self._x_mm, self._y_mm
         x_mm, y_mm = x_before + distance_mm * self._dx, y_before + distance_mm * self._dy
-        if self._points is None or (x_mm == x_before and y_mm == y_before):
+        points = self._points
+        if points is None or (x_mm == x_before and y_mm == y_before):
             self._move(x_mm, y_mm)
             return
         # As ``_move``: it is what most programs do most.
-        self._x_mm, self._y_mm = x_mm, y_mm
-        self._points.append((x_mm, y_mm))
+        self._x_mm = x_mm
+        self._y_mm = y_mm
+        points.append((x_mm, y_mm))
 
     def right(self, angle_deg: float) -> None:
         """Turn clockwise; counter-clockwise when negative."""

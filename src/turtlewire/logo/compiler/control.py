@@ -152,18 +152,25 @@ def _repeat(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001
     if asked:
         body.insert(0, py.assign(f"{counter}c", py.binary(py.name(counter), ast.Add(), py.const(1))))
     times = emitter.kept(times)
-    emitter.body += _watched(emitter, times, py.for_each(counter, py.call("range", times), body))
+    loop = py.for_each(counter, py.call("range", times), body)
+    emitter.body += _watched(emitter, times, loop, done=py.name(counter))
 
 
-def _watched(emitter: Emitter, times: Expr, loop: Stmt) -> list[Stmt]:
-    """A loop that tells how far it is: at top level, or where something moves in it, for that can take long."""
+def _watched(emitter: Emitter, times: Expr, loop: Stmt, done: Expr | None = None) -> list[Stmt]:
+    """A loop that tells how far it is: at top level, or where something moves in it, for that can take long.
+
+    ``done`` is how often it has been run, if somebody counts that.
+    """
     assert isinstance(loop, ast.For)
     if not (emitter.is_line and not emitter.loops) and not _moves(loop.body):
         return [loop]
     level = emitter.temp("level")
     first = ast.Subscript(py.name(level), py.const(0), py.STORE)
-    one_more = ast.AugAssign(first, ast.Add(), py.const(1))
-    loop.body.append(py.when(py.is_some(py.name(level)), [one_more]))
+    if done is None:
+        one_more = ast.AugAssign(first, ast.Add(), py.const(1))
+        loop.body.append(py.when(py.is_some(py.name(level)), [one_more]))
+    else:
+        loop.body.insert(0, py.when(py.is_some(py.name(level)), [ast.Assign([first], done)]))
     leave = py.when(py.is_some(py.name(level)), [py.do(py.call("leave"))])
     return [py.assign(level, py.call("enter_loop", times)), ast.Try([loop], [], [], [leave])]
 
