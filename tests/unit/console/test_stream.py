@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -70,6 +71,9 @@ def test_a_page_that_goes_away_while_it_drives_stops_its_robot(served: Served) -
         page.hold("walter", 0.5, moves)
     found = station(served, "walter")
     until(lambda: found.wheel.driver is None)
+    helm = found._helm
+    assert helm is not None
+    until(lambda: helm._wish.until == -math.inf)  # at once, not when its set-points are too old
     until(lambda: found.view.speed_mm_per_s == 0)
 
 
