@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import pytest
 from playwright.sync_api import expect
 
 from .conftest import DEADLINE_S, Console, Visitor, wait_until
+from .test_page import AXE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -167,6 +169,13 @@ def test_an_error_is_told_with_its_number_and_marked_at_its_place(program: Visit
     expect(error).to_contain_text("Line 2")
     expect(error).to_contain_text("error 4")
     expect(program.see(".tw-finding.error")).to_have_text("/")
+    # And so that everybody can read it, in all of its colours.
+    write(program, 'to half :n ; unused\n  print (list "a :b 1.5 * [c])\nend\nfoward 1\n')
+    expect(program.see("[data-part=findings] li")).to_have_count(3)
+    program.page.evaluate((files("axe_playwright_python") / "axe.min.js").read_text(encoding="utf-8"))
+    for theme in ("light", "dark"):
+        program.choose("theme", theme)
+        assert program.page.evaluate(AXE) == []
 
 
 def test_a_program_outlives_the_page_that_began_it(program: Visitor, visit: Visit, console: Console) -> None:
