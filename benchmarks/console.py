@@ -225,8 +225,10 @@ class Direct:
         self._helm.steer(Wish(until=0.0, number=self._number))
 
     def close(self) -> None:
-        """Let go of the car."""
-        self._helm.close()
+        """Let go of the car; in a thread of its own, for Playwright has a loop in this one."""
+        closing = threading.Thread(target=self._helm.close)
+        closing.start()
+        closing.join()
 
 
 def touches(way: Any, car: Car, count: int) -> Iterator[float]:
@@ -299,7 +301,7 @@ def latency() -> None:
             stream.give_up_the_wheel()
             time.sleep(REST_S)
             taken["touch"] += touches(finger, far, TOUCHES)
-            page.get_by_role("button", name="Let go").tap()
+            page.get_by_role("button", name="Let go").dispatch_event("click")
             time.sleep(REST_S)
         helm = figures("helm, called directly", taken["helm"])
         figures("stream, from Python", taken["stream"], helm)

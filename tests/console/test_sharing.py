@@ -50,18 +50,15 @@ def test_who_looks_on_cannot_drive_but_asks_and_is_handed_the_wheel(
     bo.page.get_by_text("Somebody else drives").first.wait_for()
     bo.page.keyboard.up("ArrowUp")
     assert not console.moves("walter")
-    anna.page.keyboard.down("ArrowUp")
-    console.wait_for_motion("walter")
-    bo.button("Ask for the wheel").tap()
-    anna.page.get_by_text("Bo asks for the wheel").wait_for()
-    anna.button("Hand over").click()
-    console.wait_for_rest("walter")  # though she goes on holding the key
-    bo.page.get_by_text("You drive").wait_for()
-    assert driver(console) == "Bo"
-    bo.page.keyboard.down("ArrowLeft")
-    console.wait_for_motion("walter")
-    bo.page.keyboard.up("ArrowLeft")
-    anna.page.keyboard.up("ArrowUp")
+    with anna.driving("ArrowUp", lambda: console.moves("walter")):
+        bo.button("Ask for the wheel").tap()
+        anna.page.get_by_text("Bo asks for the wheel").wait_for()
+        anna.button("Hand over").click()
+        console.wait_for_rest("walter")  # though she goes on holding the key
+        bo.page.get_by_text("You drive").wait_for()
+        assert driver(console) == "Bo"
+        with bo.driving("ArrowLeft", lambda: console.moves("walter")):
+            pass
 
 
 def test_who_is_asked_may_keep_it_and_who_says_nothing_loses_it(
@@ -80,12 +77,10 @@ def test_who_is_asked_may_keep_it_and_who_says_nothing_loses_it(
 def test_whoever_stops_takes_the_wheel_away_and_only_the_button_gives_it_back(
     console: Console, anna: Visitor, bo: Visitor
 ) -> None:
-    anna.page.keyboard.down("ArrowUp")
-    console.wait_for_motion("walter")
-    bo.press(".tw-stop")
-    console.wait_for_rest("walter")
-    anna.page.get_by_text("Nobody drives").wait_for()
-    anna.page.keyboard.up("ArrowUp")
+    with anna.driving("ArrowUp", lambda: console.moves("walter")):
+        bo.press(".tw-stop")
+        console.wait_for_rest("walter")
+        anna.page.get_by_text("Nobody drives").wait_for()
     # A new press, as after a stop of her own, does not do.
     anna.page.keyboard.down("ArrowUp")
     anna.page.get_by_text("take the wheel to drive").first.wait_for()
@@ -93,22 +88,19 @@ def test_whoever_stops_takes_the_wheel_away_and_only_the_button_gives_it_back(
     assert driver(console) is None
     anna.button("Take the wheel").click()
     anna.page.get_by_text("You drive").wait_for()
-    anna.page.keyboard.down("ArrowUp")
-    console.wait_for_motion("walter")
-    anna.page.keyboard.up("ArrowUp")
+    with anna.driving("ArrowUp", lambda: console.moves("walter")):
+        pass
     # Whoever stops with a wheel that is nobody's may take it by a press.
     bo.press(".tw-stop")
     bo.page.get_by_text("Nobody drives").wait_for()
-    bo.page.keyboard.down("ArrowRight")
-    console.wait_for_motion("walter")
-    bo.page.keyboard.up("ArrowRight")
+    with bo.driving("ArrowRight", lambda: console.moves("walter")):
+        pass
     assert driver(console) == "Bo"
 
 
 def test_whoever_leaves_lets_go(console: Console, anna: Visitor, bo: Visitor) -> None:
     anna.page.close()
     bo.page.get_by_text("Nobody drives").wait_for()
-    bo.page.keyboard.down("ArrowUp")
-    console.wait_for_motion("walter")
-    bo.page.keyboard.up("ArrowUp")
+    with bo.driving("ArrowUp", lambda: console.moves("walter")):
+        pass
     assert driver(console) == "Bo"

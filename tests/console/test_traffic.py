@@ -283,5 +283,5 @@ def test_the_plug_is_pulled_and_everybody_sees_how_it_comes_back(visit: Visit, c
     visitor.tab("drive")
     visitor.button("Go on").click()
     wait_until(lambda: console.view("walter")["link"] == "connected", "it to go on")
-    with visitor.holding("ArrowUp"):
-        console.wait_for_motion("walter")
+    with visitor.driving("ArrowUp", lambda: console.moves("walter")):
+        pass
