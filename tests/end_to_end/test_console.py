@@ -69,7 +69,10 @@ def robots(address: str) -> list[dict[str, Any]]:
 
 
 def wait_until_reached(address: str) -> None:
-    wait_until(lambda: all(robot["reached"] for robot in robots(address)), "its robots")
+    try:
+        wait_until(lambda: all(robot["reached"] for robot in robots(address)), "its robots")
+    except AssertionError as error:
+        raise AssertionError(robots(address)) from error
 
 
 def url_of(port: Port, protocol: str) -> str:
@@ -98,8 +101,11 @@ def test_without_a_robot_it_has_three_and_a_page(cli: Cli) -> None:
     ended.check_said("turtlewire: interrupted (SIGINT)")
 
 
-@pytest.mark.parametrize("protocol", ["walter", "simple", "frame"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize(
+    ("protocol", "number"),
+    [("walter", signal.SIGINT), ("simple", signal.SIGTERM), ("frame", signal.SIGHUP)],
+    ids=["walter", "simple", "frame"],
+)
 def test_a_signal_stops_the_robot_that_somebody_drives(
     cli: Cli, port: MakePort, protocol: str, number: signal.Signals
 ) -> None:
@@ -118,23 +124,24 @@ def test_a_signal_stops_the_robot_that_somebody_drives(
     assert STOPPED[protocol].search(robot.heard)
 
 
-@pytest.mark.parametrize("how", ["closed", "silent", "stopped"])
-def test_without_its_driver_the_robot_at_a_port_stands(cli: Cli, port: MakePort, how: str) -> None:
+def test_without_its_driver_the_robot_at_a_port_stands(cli: Cli, port: MakePort) -> None:
     robot = port("simple")
     process, address = start(cli, "--port", url_of(robot, "simple"))
     wait_until_reached(address)
     name = robots(address)[0]["name"]
-    with connect(address.replace("http", "ws") + "api/stream") as socket_:
-        page = Page(socket_, name)
-        page.hold(name, 0.5, moves)
-        if how == "stopped":
-            page.say(type="stop", robot=name)
-        elif how == "closed":
-            page.socket.close()
-        wait_until(lambda: not robot.robot.is_moving, "a robot that stands")
-        assert re.search(rb"F(?!000).*(F000|S{14})", robot.heard, re.DOTALL)
-        heard = httpx.get(f"{address}api/robots/{name}").json()
-        assert heard["wheel"]["driver"] == (page.id if how == "silent" else None)
+    for how in ("silent", "stopped", "closed"):
+        robot.heard = b""
+        with connect(address.replace("http", "ws") + "api/stream") as socket_:
+            page = Page(socket_, name)
+            page.hold(name, 0.5, moves)
+            if how == "stopped":
+                page.say(type="stop", robot=name)
+            elif how == "closed":
+                page.socket.close()
+            wait_until(lambda: not robot.robot.is_moving, f"a robot that stands: {how}")
+            assert re.search(rb"F(?!000).*(F000|S{14})", robot.heard, re.DOTALL)
+            driver = httpx.get(f"{address}api/robots/{name}").json()["wheel"]["driver"]
+            assert driver == (page.id if how == "silent" else None)
     process.signal(signal.SIGTERM)
     assert process.end().code == 130
 
