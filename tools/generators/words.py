@@ -22,7 +22,7 @@ def rows() -> list[tuple[list[str], str]]:
     found: list[tuple[list[str], str]] = []
     for cell, marked in _ROW.findall(page):
         names = [quote or name for quote, name in _NAME.findall(cell)]
-        text = marked.replace("`", "")
+        text = marked.replace("`", "").replace("\\|", "|")
         if text.startswith("The same") and not text.startswith("The same as"):  # as the row above
             found.append((names, f"The same as {found[-1][0][0]}{text.removeprefix('The same')}"))
         else:
@@ -45,6 +45,7 @@ def files() -> dict[Path, str]:
 
 
 def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\")
     if '"' in text and "'" not in text:
-        return f"'{text}'"
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return f"'{escaped}'"
+    return '"' + escaped.replace('"', '\\"') + '"'

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
+from turtlewire.errors import TurtlewireError
 from turtlewire.turtle import HOME, Pose, Turtle
 
 if TYPE_CHECKING:
@@ -132,3 +134,18 @@ class FarTurtle(Turtle):
 
     def set_step_by_step(self, on: bool) -> None:
         """It always is."""
+
+
+def checked(message: dict[str, Any]) -> tuple[Any, ...]:
+    """The name and the inputs of a call. Raises ``TurtlewireError`` for one that no program can make."""
+    name, inputs = message["call"], message.get("inputs")
+    kinds = CALLS.get(name) if isinstance(name, str) else None
+    if kinds is None or not isinstance(inputs, list) or len(inputs) != len(kinds):
+        raise TurtlewireError(f"a turtle cannot do this: {name!r}")
+    for kind, each in zip(kinds, inputs, strict=True):
+        wanted = (int, float) if kind is float else kind
+        if not isinstance(each, wanted) or (kind is not bool and isinstance(each, bool)):
+            raise TurtlewireError(f"{name} wants no {each!r}")
+        if isinstance(each, float) and not math.isfinite(each):
+            raise TurtlewireError(f"{name} wants a finite number")
+    return (name, *inputs)

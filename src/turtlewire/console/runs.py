@@ -7,12 +7,12 @@ the process, the robot stands when the run is over.
 from __future__ import annotations
 
 import contextlib
-import math
 import threading
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from turtlewire.console import pipe
-from turtlewire.console.far_turtle import CALLS, LAST_WORDS
+from turtlewire.console.far_turtle import LAST_WORDS, checked
+from turtlewire.console.said import Output, cleaned, sayable
 from turtlewire.console.workers import Worker
 from turtlewire.errors import StoppedError, TurtlewireError
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from turtlewire.connect import AsyncRobot
     from turtlewire.helm.lease import Lease
 
-# What is kept of what a program has written, characters.
-KEPT = 100_000
 # How long the last words of a program (ONSTOP) may take, seconds; then its process is ended.
 LAST_WORDS_S = 3.0
 FINAL = frozenset(("ended", "failed", "stopped"))
@@ -54,29 +52,6 @@ class Lender(Protocol):
 
     def halt(self) -> None:
         """Stop the robot at once, ahead of everything, and end what is done with it; never waits."""
-
-
-class Output:
-    """What a program has written: the last of it.
-
-    Attributes:
-        written: how many characters there were in all.
-    """
-
-    def __init__(self) -> None:
-        self._text = ""
-        self.written = 0
-
-    def add(self, text: str) -> None:
-        """It has written more."""
-        self._text = (self._text + text)[-KEPT:]
-        self.written += len(text)
-
-    def since(self, index: int) -> tuple[int, str]:
-        """What was written from a character on, and where that begins: later, if it is forgotten already."""
-        first = self.written - len(self._text)
-        start = min(max(index, first), self.written)
-        return start, self._text[start - first :]
 
 
 class Run:
@@ -255,7 +230,7 @@ class Run:
 
     def _ended(self, ended: dict[str, Any]) -> str:
         error = ended.get("error")
-        self._error = _clean(error) if isinstance(error, dict) else None
+        self._error = cleaned(error) if isinstance(error, dict) else None
         return (
             "ended"
             if ended.get("how") == "ended"
@@ -268,7 +243,7 @@ class Run:
         """The process tells something."""
         with self._lock:
             if "wrote" in message:
-                self._output.add(_text(message["wrote"]))
+                self._output.add(sayable(message["wrote"]))
             if "at" in message and isinstance(message["at"], list):
                 self._at = (message["at"] + [None] * 4)[:4]
             if "asks" in message:
@@ -276,10 +251,10 @@ class Run:
             if "read" in message:
                 self._is_asking = False
                 if isinstance(message["read"], str):
-                    self._output.add(_text(message["read"]) + "\n")
+                    self._output.add(sayable(message["read"]) + "\n")
             if "paused" in message and not self._is_stopping:
                 self._is_pausing = False
-                self._paused = {"reason": message["paused"], "variables": _clean(message["variables"])}
+                self._paused = {"reason": message["paused"], "variables": cleaned(message["variables"])}
             if "goes_on" in message:
                 self._paused = None
             if "began" in message:
@@ -295,7 +270,7 @@ class Run:
         if isinstance(at, list):
             self._heard({"at": at})
         try:
-            pose, pen = self._call(*_checked(message))
+            pose, pen = self._call(*checked(message))
             reply |= {"pose": pose, "pen": pen}
         except TurtlewireError as error:
             reply["error"] = pipe.told(error)
@@ -368,35 +343,6 @@ async def _begin(robot: AsyncRobot) -> tuple[Sequence[float], bool]:
     """A program begins."""
     await robot.set_step_by_step(on=True)
     return robot.pose, robot.is_pen_down
-
-
-def _checked(message: dict[str, Any]) -> tuple[Any, ...]:
-    """The name and the inputs of a call. Raises ``TurtlewireError`` for one that no program can make."""
-    name, inputs = message["call"], message.get("inputs")
-    kinds = CALLS.get(name) if isinstance(name, str) else None
-    if kinds is None or not isinstance(inputs, list) or len(inputs) != len(kinds):
-        raise TurtlewireError(f"a turtle cannot do this: {name!r}")
-    for kind, each in zip(kinds, inputs, strict=True):
-        wanted = (int, float) if kind is float else kind
-        if not isinstance(each, wanted) or (kind is not bool and isinstance(each, bool)):
-            raise TurtlewireError(f"{name} wants no {each!r}")
-        if isinstance(each, float) and not math.isfinite(each):
-            raise TurtlewireError(f"{name} wants a finite number")
-    return (name, *inputs)
-
-
-def _text(value: object) -> str:
-    """A text that can be sent on: half a character is none."""
-    return str(value).encode("utf-8", "replace").decode("utf-8")
-
-
-def _clean(value: Any) -> Any:
-    """The same, with texts that can be sent on."""
-    if isinstance(value, str):
-        return _text(value)
-    if isinstance(value, dict):
-        return {_text(key): _clean(each) for key, each in value.items()}
-    return value if isinstance(value, int | float | None) else str(value)
 
 
 class Runs:

@@ -169,7 +169,7 @@ HELP: dict[str, str] = {
     "bitnot": "The bits turned over.",
     "ashift": "The bits moved to the left; to the right when negative.",
     "lshift": "The same as ashift; to the right, zeros come in: a negative number has 32 bits.",
-    "form": 'A number as a word of a given width with so many decimals; when the width is -1, by a format of C: form :n -1 "\|%.2e\|.',
+    "form": 'A number as a word of a given width with so many decimals; when the width is -1, by a format of C: form :n -1 "|%.2e|.',
     "and": "Are all true? Lists are run, and only as long as it matters.",
     "or": "Is any true?",
     "not": "Is it false?",

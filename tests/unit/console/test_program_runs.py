@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from turtlewire.configuration import target
-from turtlewire.console.runs import KEPT, Output, Program, Run, Runs
+from turtlewire.console.runs import Program, Run, Runs
+from turtlewire.console.said import KEPT, Output
 from turtlewire.console.worker import PIECE, Work
 from turtlewire.errors import LinkClosedError
 from turtlewire.helm.helm import Helm
