@@ -14,7 +14,7 @@ from tests.unit.helm.test_helm import DEADLINE_S, ROBOTS, bench, wait_until
 from turtlewire.configuration import target
 from turtlewire.errors import LimitReachedError, LinkClosedError, StoppedError
 from turtlewire.helm.helm import Helm
-from turtlewire.helm.wishes import Action, Order
+from turtlewire.helm.wishes import Action, Order, Wish
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -87,9 +87,18 @@ def test_nothing_is_asked_or_driven_meanwhile(
     monkeypatch.setattr("turtlewire.helm.helm.CHECK_S", 0.0)  # a check would be due all the time
     monkeypatch.setattr("turtlewire.helm.helm.ASK_S", 0.0)
     before = lease.call(bytes_sent).result(DEADLINE_S)
+    looks: list[bool] = []
+    look = Helm._next
+
+    async def counted(helm: Helm, wish: Wish) -> bool:
+        looks.append(await look(helm, wish))
+        return looks[-1]
+
+    monkeypatch.setattr(Helm, "_next", counted)
     wish = made.wish(0.5)
     made.helm.do(Order(Action.PEN))
     lease.call(a_while).result(DEADLINE_S)
+    assert len(looks) < 50  # whoever has nothing to do waits
     assert lease.call(bytes_sent).result(DEADLINE_S) == before
     lease.close()
     wait_until(lambda: made.helm.view.pen_down is False, "the pen")
