@@ -81,23 +81,29 @@ def test_set_points_are_sent_while_something_is_held_and_no_longer(console: Cons
         )
 
     visitor = visit(before=listen)
-    wait = visitor.page.wait_for_timeout
-    for grip in (1, 2):
-        sent.clear()
-        with visitor.holding("ArrowUp"):
-            while len([each for each in sent if each.get("type") == "drive"]) < 8:
-                wait(10)
-            with visitor.holding("ArrowRight"):  # more of the same grip
-                wait(100)
-        wait(150)
-        drives = [each for each in sent if each.get("type") == "drive"]
-        assert {each["grip"] for each in drives} == {grip}
-        numbers = [each["number"] for each in drives]
+    keyboard, grips = visitor.page.keyboard, []
+
+    def drives() -> list[dict[str, Any]]:
+        """Those of the newest grip."""
+        said = [each for each in sent if each.get("type") == "drive"]
+        return [each for each in said if each["grip"] == said[-1]["grip"]]
+
+    for _ in range(2):
+        visitor.drive(
+            lambda: keyboard.down("ArrowUp"), lambda: keyboard.up("ArrowUp"), lambda: len(drives()) >= 8
+        )
+        with visitor.holding("ArrowRight"):  # more of the same grip
+            visitor.let_timers_run()
+        keyboard.up("ArrowUp")
+        visitor.let_timers_run()
+        grips.append(drives()[-1]["grip"])
+        numbers = [each["number"] for each in drives()]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
-        assert all(each["stamp"] > 0 and 0 <= each["age_ms"] < 5000 for each in drives)
-        assert all(abs(each["speed"]) <= 0.5 and abs(each["turn"]) <= 0.5 for each in drives)
+        assert all(each["stamp"] > 0 and 0 <= each["age_ms"] < 5000 for each in drives())
+        assert all(abs(each["speed"]) <= 0.5 and abs(each["turn"]) <= 0.5 for each in drives())
         said = [each for each in sent if each.get("type") in ("drive", "release")]
         assert [each["type"] for each in said[-2:]] == ["drive", "release"]
+    assert grips[0] < grips[1]
     console.wait_for_rest("walter")
 
 
