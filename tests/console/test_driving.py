@@ -182,7 +182,8 @@ def test_a_stop_ends_the_grip_until_a_new_press(console: Console, visit: Visit, 
     assert console.state("walter")["wheel"]["driver"] is None
     assert _says(visitor) == "Stopped. Let go, then hold again to drive."
     keyboard.down("w")  # it repeats, as a key that is held does
-    console.wait_for_rest("walter")
+    visitor.let_timers_run()
+    assert console.state("walter")["wheel"]["driver"] is None
     keyboard.up("w")
     with visitor.driving("w", lambda: console.moves("walter")):
         pass
