@@ -98,6 +98,7 @@ def test_nothing_is_asked_or_driven_meanwhile(
     wish = made.wish(0.5)
     made.helm.do(Order(Action.PEN))
     lease.call(a_while).result(DEADLINE_S)
+    asyncio.run_coroutine_threadsafe(asyncio.sleep(0.2), made.helm._loop).result(DEADLINE_S)
     assert len(looks) < 50  # whoever has nothing to do waits
     assert lease.call(bytes_sent).result(DEADLINE_S) == before
     lease.close()
