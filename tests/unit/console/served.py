@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
 
 from turtlewire import configuration
 from turtlewire.cli.options import by_hand
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
     from typing import Self
+
+    from websockets.sync.connection import Connection
 
 PATIENCE_S = 60.0
 
@@ -75,7 +77,7 @@ class Served:
 class Page:
     """Somebody at a page, without the browser."""
 
-    def __init__(self, socket: ClientConnection, *robots: str) -> None:
+    def __init__(self, socket: Connection, *robots: str) -> None:
         self.socket = socket
         self.heard: list[dict[str, Any]] = []
         self._stamp, self._stamped_s = 0.0, 0.0
