@@ -39,6 +39,12 @@ def phase(visitor: Visitor, name: str) -> None:
     expect(visitor.see(f"{PHASE}.{name}")).to_be_visible()
 
 
+@pytest.fixture(scope="module")
+def shared_console(start_console: Callable[..., Console]) -> Console:
+    """One of our own: where its robots stand is of what is tested here."""
+    return start_console()
+
+
 @pytest.fixture
 def program(visit: Visit) -> Visitor:
     """Somebody on the program tab."""

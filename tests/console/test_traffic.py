@@ -258,7 +258,10 @@ def test_faults_are_turned_up_seen_by_everybody_and_end(visit: Visit, console: C
         slider.press("ArrowRight")
     other.page.get_by_text("Felen är på").wait_for()
     assert visitor.see(".tw-faults output").nth(2).inner_text() == "10 %"
-    assert console.client.get("/api/robots/walter/faults").json()["flip"] == 0.1
+    wait_until(
+        lambda: console.client.get("/api/robots/walter/faults").json()["flip"] == 0.1,
+        "the slider to come to rest",
+    )
     visitor.tab("traffic")
     send(visitor, "query_heading")
     visitor.see(f"{ROWS}.error").first.wait_for()

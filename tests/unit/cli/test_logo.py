@@ -241,7 +241,7 @@ def test_procedures_are_shown_as_python_and_nothing_runs(capsys: pytest.CaptureF
     )
     assert run("--show-python", "two.logo") == 0
     assert capsys.readouterr().out == (
-        "# double\ndef q_double(x_):\n    return -x_ * -2.5\np_double = q_double\n\n"
+        "# double\ndef q_double(x_):\n    return +x_ * 2.5\np_double = q_double\n\n"
         "# Do is left to the evaluator: a list that is computed is run\n"
     )
     assert run("--show-python", "square.logo") == 0
