@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 LONGEST_S = 0.5
 # Where the robot is, is looked at so often.
 GRAIN_S = 0.1
+WAY_MM = 10.0
 
 
 @pytest.fixture
@@ -56,11 +57,14 @@ def stops(onlooker: Onlooker) -> Iterator[None]:
 def drive(visitor: Visitor, console: Console) -> None:
     """Hold a key, and go on holding it; anew where this computer was so busy that a set-point came late."""
 
+    began_mm = console.view("walter")["distance_mm"]
+
     def moves() -> bool:
         if visitor.see(".tw-hand-says").inner_text() != "Driving":
             visitor.page.keyboard.up("ArrowUp")
             visitor.page.keyboard.down("ArrowUp")
-        return console.moves("walter")
+        # So far that an onlooker can tell it from standing.
+        return console.moves("walter") and console.view("walter")["distance_mm"] > began_mm + WAY_MM
 
     wait_until(moves, "walter to move")
 
