@@ -286,7 +286,7 @@ def test_who_does_not_drive_cannot_run(program: Visitor, visit: Visit, console: 
     expect(other.see(".tw-wheel.mine")).to_be_visible()
     write(program, "fd 10")
     program.press(act("run"))
-    expect(program.see(".tw-toast")).to_contain_text("Somebody else drives")
+    program.see(".tw-toast").get_by_text("Somebody else drives").wait_for()
     state = console.state("walter")["program"]
     assert state is None or state["phase"] in ("ended", "failed", "stopped")
 
