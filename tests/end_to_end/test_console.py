@@ -130,6 +130,10 @@ def test_without_its_driver_the_robot_at_a_port_stands(cli: Cli, port: MakePort)
     wait_until_reached(address)
     name = robots(address)[0]["name"]
     for how in ("silent", "stopped", "closed"):
+        # What is seen of it is a little old.
+        wait_until(
+            lambda: not moves(httpx.get(f"{address}api/robots/{name}").json()), "it to be seen standing"
+        )
         robot.heard = b""
         with connect(address.replace("http", "ws") + "api/stream") as socket_:
             page = Page(socket_, name)
