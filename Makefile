@@ -41,11 +41,9 @@ demo: $(RUNTIME) ## let a simulated robot draw a rose, over its wire protocol
 test: check tools ## check, see that generated files are current, and run the tests
 	@$(BIN)/python -m tools.generate --check
 	@$(BIN)/python -m tools.firmware build/firmware
-	@# A browser's tests in processes of their own: what drives it has an event loop run in the main thread for good. A browser
-	@# without a graphics card may keep a page from being heard of for longer than its set-points live: once more, then. Whatever was
-	@# tried again is counted in the summary: real ptys and processes on a busy machine, to be mended where it comes again.
-	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist loadfile --reruns 2 tests/console
-	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist worksteal --reruns 1 --ignore tests/console
+	@# A browser's tests in processes of their own: what drives it has an event loop run in the main thread for good.
+	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist loadfile tests/console
+	@$(BIN)/python -m pytest -q -m "not nightly" --numprocesses auto --dist worksteal --ignore tests/console
 
 check: $(DEV) ## formatting, lint, types and the layering of the modules
 	@$(BIN)/ruff format --quiet --check . || { echo 'run `make format`' >&2; exit 1; }
