@@ -107,8 +107,11 @@ def test_most_scripts_need_no_parser() -> None:
 
 # --- what is loaded
 
+# The command that pip makes, but for what pip itself loads for it.
+COMMAND = "import sys; from turtlewire.cli.main import main; sys.exit(main())"
 
-def loaded(*command: str | Path) -> set[str]:
+
+def loaded(*command: str) -> set[str]:
     """The modules that a command has loaded, beside those that Python has loaded itself."""
     told = [
         subprocess.run(
@@ -127,8 +130,7 @@ def loaded(*command: str | Path) -> set[str]:
 
 def test_an_empty_program_loads_little() -> None:
     Path("empty.logo").write_text("", "utf-8")
-    script = Path(sys.executable).with_name("turtlewire")
-    modules = loaded(script, "logo", "empty.logo")
+    modules = loaded("-c", COMMAND, "logo", "empty.logo")
     foreign = {each for each in modules if each.partition(".")[0] != "turtlewire"}
     assert foreign <= {
         "__future__",
@@ -147,10 +149,9 @@ def test_a_program_that_was_compiled_before_loads_little_more(
 ) -> None:
     Path("double.logo").write_text("to double :x\n  output :x * 2\nend\nprint double 21\n", "utf-8")
     monkeypatch.setitem(ENVIRONMENT, "XDG_CACHE_HOME", str(tmp_path / "cache"))
-    script = Path(sys.executable).with_name("turtlewire")
-    modules = loaded(script, "logo", "double.logo")
+    modules = loaded("-c", COMMAND, "logo", "double.logo")
     assert {"turtlewire.logo.compiler.writing", "ast"} <= modules
-    modules = loaded(script, "logo", "double.logo")
+    modules = loaded("-c", COMMAND, "logo", "double.logo")
     assert "turtlewire.logo.compiler.writing" not in modules
     foreign = {each for each in modules if each.partition(".")[0] != "turtlewire"}
     assert foreign <= {
