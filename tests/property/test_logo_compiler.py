@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
+from turtlewire.logo.values import show
 
 VARIABLES = ["a", "b", "c", "g"]
 PROCEDURES = {"p": 1, "q": 2, "r": 0, "s": 1, "u": 1, "v": 2}
@@ -79,6 +80,12 @@ def expressions(scope: Scope) -> st.SearchStrategy[str]:
             lambda found: f"(map {found[0]} {found[1]})"
         ),
         inner.map(lambda found: f"(run [{found}])"),
+        # What is true may be said by a list.
+        inner.map(lambda found: f"(not [{found}])"),
+        st.tuples(st.sampled_from(["and", "or"]), inner, inner).map(
+            lambda found: f"({found[0]} [{found[1]}] {found[2]})"
+        ),
+        st.tuples(inner, inner, inner).map(lambda found: f"(ifelse [{found[0]}] [{found[1]}] [{found[2]}])"),
     )
 
 
@@ -113,6 +120,8 @@ def instructions(scope: Scope) -> st.SearchStrategy[str]:
         count = st.sampled_from(["0", "1", "2", "3", "-1", "1.5", "[2 1]", "first [2]", '"x'])
         kinds += [
             st.tuples(value, block).map(lambda found: f"if {found[0]} [{found[1]}]"),
+            st.tuples(value, block).map(lambda found: f"if [{found[0]}] [{found[1]}]"),
+            st.tuples(value, block).map(lambda found: f"until [{found[0]}] [{FUEL} {found[1]}]"),
             st.tuples(value, block, block).map(lambda found: f"ifelse {found[0]} [{found[1]}] [{found[2]}]"),
             st.tuples(value, block, block).map(
                 lambda found: f"test {found[0]} iftrue [{found[1]}] iffalse [{found[2]}]"
@@ -166,8 +175,8 @@ def outcome(program: str, *, compiles: bool) -> tuple[str, object, object]:
     try:
         logo.run(program, "random.logo")
     except LogoError as caught:
-        place = caught.position
-        error = (caught.number, caught.text, caught.procedure, place and (place.line))
+        shown = caught.instruction and show(caught.instruction)
+        error = (caught.number, caught.text, caught.procedure, shown, str(caught))
     except TurtlewireError as caught:
         error = str(caught)
     pose = turtle.pose

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from turtlewire.logo import errors
 from turtlewire.logo.syntax import Call, Code, Failure, Invocation, Literal, Node, Variable
-from turtlewire.logo.values import List, show_in_error
+from turtlewire.logo.values import show_in_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from turtlewire.logo.errors import LogoError
     from turtlewire.logo.evaluator import Interpreter
     from turtlewire.logo.procedures import Result, UserProcedure
+    from turtlewire.logo.reader import Line
     from turtlewire.logo.tokens import Place
 
 
@@ -25,7 +26,10 @@ def placed(
         running = procedure or logo.procedure
         if error.procedure is None and running is not None:
             error.procedure = running.name
-            error.instruction = _line_of(running, place) or logo.instruction
+            line = (
+                line_of(running, place) if procedure is not None else None
+            )  # the evaluator knows where it is
+            error.instruction = line.value if line is not None else logo.instruction
     if error.position is None and place is not None:
         error.position = place[0].position(place[1])
     return error
@@ -70,13 +74,16 @@ def _spelled(node: Node) -> str:
     return "..."
 
 
-def _line_of(procedure: UserProcedure, place: Place) -> List | None:
-    """The line of a procedure's body that a place is in."""
+def line_of(procedure: UserProcedure, place: Place) -> Line | None:
+    """The line of a procedure's body that a place is in, ``None``: in none."""
     found = None
     if place is not None:
+        source, offset = place
         for line in procedure.body:
-            if line.source is place[0] and line.offsets and line.offsets[0] <= place[1]:
-                found = line.value
+            if line.source is source and line.offsets and line.offsets[0] <= offset:
+                found = line
+        if found is not None and offset > source.end_of(found):
+            return None
     return found
 
 

@@ -34,6 +34,14 @@ class Source:
         line_text = self.text[start : end if end >= 0 else len(self.text)]
         return Position(self.name, self.text.count("\n", 0, start) + 1, offset - start + 1, line_text)
 
+    def end_of(self, line: Line) -> int:
+        """The offset at which a program's line ends at the latest."""
+        last = max(
+            [*line.offsets, *[offset for _, each in line.lists() for offset in each.offsets]], default=0
+        )
+        end = self.text.find("\n", last)
+        return end if end >= 0 else len(self.text)
+
 
 class Line:
     """A line of a program, or a list in it: words and lists, and where each of them stood.

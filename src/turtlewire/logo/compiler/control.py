@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def _if(emitter: Emitter, node: Call, tail: bool) -> None:
-    condition = emitter.condition(node.inputs[0], node.name)
+    condition = emitter.condition(node.inputs[0], node)
     then = emitter.block(emitter.line(node.inputs[1]), tail=tail)
     otherwise = emitter.block(emitter.line(node.inputs[2]), tail=tail) if len(node.inputs) > 2 else []
     emitter.body.append(py.when(condition, then, otherwise))
@@ -36,7 +36,7 @@ def _choice(emitter: Emitter, node: Call, blamed: Blamed) -> Expr:
     """IF and IFELSE that output."""
     if len(node.inputs) != 3:
         raise RefusedError("an if that may output nothing")
-    condition = emitter.condition(node.inputs[0], node.name)
+    condition = emitter.condition(node.inputs[0], node)
     made = [_branch(emitter, _single(emitter, each), node.name, blamed) for each in node.inputs[1:]]
     (first, then), (second, otherwise) = made
     if not first and not second:
@@ -63,7 +63,7 @@ def _branch(emitter: Emitter, line: Line, wanted_by: str, blamed: Blamed) -> tup
 
 
 def _test(emitter: Emitter, node: Call, tail: bool) -> None:  # noqa: ARG001 - as all commands
-    emitter.body.append(py.assign("test", emitter.condition(node.inputs[0], node.name)))
+    emitter.body.append(py.assign("test", emitter.condition(node.inputs[0], node)))
     emitter.has_test = True
 
 
@@ -201,7 +201,7 @@ def _while(*, wanted: bool, test_first: bool) -> Callable[[Emitter, Call, bool],
             nodes = emitter.survey.parse(line)
             if len(nodes) != 1:
                 raise RefusedError("a condition of several instructions")
-            truth = emitter.condition(nodes[0], "while")
+            truth = emitter.condition(nodes[0], node, in_list=True)
             emitter.body.append(py.when(py.negated(truth) if wanted else truth, [ast.Break()]))
 
         checked = emitter.within(check)

@@ -304,7 +304,7 @@ class Emitter:
         if made is not None:
             return made(self, node)
         if name in inline.CONDITIONS:
-            return py.either(self.condition(node, wanted_by), py.const("true"), py.const("false"))
+            return py.either(inline.CONDITIONS[name](self, node), py.const("true"), py.const("false"))
         runs = control.CHOICES.get(name)
         if runs is not None:
             return runs(self, node, blamed or (node, wanted_by))
@@ -316,8 +316,8 @@ class Emitter:
         number = self.site(node, wanted_by)
         return py.at(number, self._primitive(node))  # type: ignore[no-any-return]
 
-    def condition(self, node: Node, wanted_by: str) -> Expr:
-        """The truth of an expression, as a Python condition."""
+    def condition(self, node: Node, asker: Call, *, in_list: bool = False) -> Expr:
+        """The truth of an expression, as a Python condition; ``in_list``: it is all that a list holds."""
         from turtlewire.logo.compiler import inline
 
         if isinstance(node, Call):
@@ -327,16 +327,22 @@ class Emitter:
         if isinstance(node, Literal):
             if node.value in ("true", "false"):
                 return ast.Constant(value=node.value == "true")
-            if node.line is not None:
+            if node.line is not None and not in_list:
                 nodes = self.survey.parse(node.line)
                 if len(nodes) == 1:
-                    return self.condition(nodes[0], wanted_by)
+                    return self.condition(nodes[0], asker, in_list=True)
             raise RefusedError("a condition that is none")
-        first, again = self.named(self.raw(node, wanted_by))
-        number = self.site(node, wanted_by)
+        first, again = self.named(self.raw(node, asker.name))
+        return self.truth(first, again, node, asker, in_list=in_list)
+
+    def truth(self, first: Expr, again: Expr, node: Node, asker: Call, *, in_list: bool = False) -> Expr:
+        """The truth of a value that is named once, and then again."""
+        self.sites.append(Site(node, asker.name, (), self.procedure, asker))
+        number = len(self.sites)
         is_true = py.compare(first, ast.Eq(), py.const("true"))
         is_other = py.compare(again, ast.NotEq(), py.const("false"))
-        return py.any_of(is_true, py.all_of(is_other, py.at(number, py.call("truth", again))))
+        found = py.call("truth_from_list" if in_list else "truth", again)
+        return py.any_of(is_true, py.all_of(is_other, py.at(number, found)))
 
     def bind(self, key: str) -> str:
         """A Python local for a variable."""

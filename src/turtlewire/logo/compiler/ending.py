@@ -103,7 +103,7 @@ class ProcedureEnding(Ending):
             lines = [each.line if isinstance(each, Literal) else None for each in value.inputs[1:]]
             parsed = [self._survey.parse(line) if line is not None else [] for line in lines]
             if all(len(nodes) == 1 for nodes in parsed):
-                condition = emitter.condition(value.inputs[0], value.name)
+                condition = emitter.condition(value.inputs[0], value)
                 branches = [
                     self._branch(emitter, node, value.name, blamed or (value, wanted_by))
                     for (node,) in parsed

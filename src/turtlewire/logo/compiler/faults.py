@@ -122,7 +122,10 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
             return fault
         error = made
     assert isinstance(error, LogoError)
-    return blame.placed(logo, error, site.node.place, record.owner(site))
+    place = (
+        site.asker.place if isinstance(fault, ConditionError) and site.asker is not None else site.node.place
+    )
+    return blame.placed(logo, error, place, record.owner(site))
 
 
 def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | None) -> LogoError | None:
@@ -150,7 +153,7 @@ def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | N
         return None  # it comes from within a primitive: a mistake of ours
     if isinstance(fault, NameError | KeyError):
         if isinstance(node, Variable):
-            return errors.no_value(node.name, list(logo.variables))
+            return errors.no_value(node.name, [*logo.variables, *logo.compiler.locals_from(frame)])
         return None
     return _refused(logo, site, frame)
 

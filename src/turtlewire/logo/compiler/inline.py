@@ -179,7 +179,7 @@ def _of_type(kinds: str) -> Callable[[Emitter, Call], Expr]:
 
 
 def _not(emitter: Emitter, node: Call) -> Expr:
-    return py.negated(emitter.condition(node.inputs[0], node.name))
+    return py.negated(emitter.condition(node.inputs[0], node))
 
 
 def _and(emitter: Emitter, node: Call) -> Expr:
@@ -190,10 +190,10 @@ def _or(emitter: Emitter, node: Call) -> Expr:
     return _junction(emitter, node, is_and=False)
 
 
-def _later(emitter: Emitter, node: Node, wanted_by: str) -> tuple[list[Stmt], Expr]:
+def _later(emitter: Emitter, node: Node, asker: Call) -> tuple[list[Stmt], Expr]:
     """The statements and the truth of a condition that may not be needed."""
     found: list[Expr] = []
-    return emitter.within(lambda: found.append(emitter.condition(node, wanted_by))), found[0]
+    return emitter.within(lambda: found.append(emitter.condition(node, asker))), found[0]
 
 
 def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
@@ -207,7 +207,9 @@ def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
     def evaluated(each: Node) -> Expr:
         if isinstance(each, Literal):
             return py.NONE
-        return emitter.condition(each, node.name) if is_condition(each) else emitter.raw(each, node.name)
+        if isinstance(each, Call) and is_condition(each):
+            return CONDITIONS[each.primitive.name](emitter, each)
+        return emitter.raw(each, node.name)
 
     made = emitter.in_order(node.inputs, evaluated)
     if all(is_condition(each) for each in node.inputs):
@@ -226,11 +228,10 @@ def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
         if is_condition(each):
             truth = value
         elif isinstance(each, Literal):
-            statements, truth = _later(emitter, each, node.name)
+            statements, truth = _later(emitter, each, node)
             emitter.body += statements
         else:
-            number = emitter.site(each, node.name)
-            truth = py.at(number, py.call("truth", value))
+            truth = emitter.truth(value, value, each, node)
         if index == len(node.inputs) - 1:
             emitter.body.append(py.assign(name, truth))
             break

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 
+from turtlewire.logo import blame
 from turtlewire.logo.primitives import inputs
 from turtlewire.logo.primitives.predicates import ignores_case
 from turtlewire.logo.primitives.templates import like
 from turtlewire.logo.procedures import BadInputError, Output, Stop
+from turtlewire.logo.syntax import Code
 from turtlewire.logo.values import (
     NIL,
     VALUE_TYPES,
@@ -25,6 +27,7 @@ from turtlewire.logo.values import (
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from types import FrameType
     from typing import Any
 
     from turtlewire.logo.compiler.faults import Record
@@ -65,7 +68,7 @@ class UnusedError(Exception):
 
 
 class ConditionError(BadInputError):
-    """What is neither true nor false."""
+    """What is neither true nor false; "nothing", where a list that was to output this output nothing."""
 
 
 class LateError(Exception):
@@ -179,6 +182,28 @@ def bounce(jump: Any) -> Value | None:
     return result  # type: ignore[no-any-return]
 
 
+def value_within(logo: Interpreter, instructions: Value, frame: FrameType) -> Value | None:
+    """What a list outputs that a compiled function runs: it sees, and says, what it would if that was evaluated."""
+    node, owner = logo.compiler.node_at(frame)
+    outer = logo.procedure, logo.body
+    if owner is not None:
+        line = blame.line_of(owner, node.place)
+        logo.procedure, logo.body = owner, (Code([], logo.epoch, (line,) if line is not None else ()), [0])
+    hidden: dict[str, Value | None] = {}
+    for key, local in logo.compiler.locals_from(frame).items():
+        hidden[key] = logo.variables.get(key)
+        logo.variables[key] = local
+    try:
+        return logo.value_of(instructions)
+    finally:
+        logo.procedure, logo.body = outer
+        for key, before in hidden.items():
+            if before is None:
+                logo.variables.pop(key, None)
+            else:
+                logo.variables[key] = before
+
+
 def helpers(logo: Interpreter) -> dict[str, Any]:
     """By their names, what compiled procedures call, and what they use."""
 
@@ -194,24 +219,16 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
                 return a == b
         return equal(a, b, ignore_case=ignores_case(logo))
 
+    def truth_from_list(value: Any) -> bool:
+        try:
+            return inputs.as_truth(value)
+        except BadInputError as bad:
+            raise ConditionError(bad.value, bad.number, bad.wanted) from None
+
     def truth(value: Any) -> bool:
         if value is None:
             raise SilentError
-        hidden: dict[str, Value | None] = {}
-        if type(value) is list:  # it is run: and sees what the evaluator would have in its table
-            for key, local in logo.compiler.locals_from(sys._getframe(1)).items():
-                hidden[key] = logo.variables.get(key)
-                logo.variables[key] = local
-        try:
-            return inputs.truth(logo, value)
-        except BadInputError as bad:
-            raise ConditionError(bad.value, bad.number, bad.wanted) from None
-        finally:
-            for key, before in hidden.items():
-                if before is None:
-                    logo.variables.pop(key, None)
-                else:
-                    logo.variables[key] = before
+        return truth_from_list(value_within(logo, value, sys._getframe(1)) if type(value) is list else value)
 
     def enter_loop(times: int | Iterable[Number]) -> list[int] | None:
         if isinstance(times, int):
@@ -232,6 +249,7 @@ def helpers(logo: Interpreter) -> dict[str, Any]:
         "narrowed": narrowed,
         "same": same,
         "truth": truth,
+        "truth_from_list": truth_from_list,
         "natural": inputs.natural,
         "number": inputs.number,
         "unused": unused,

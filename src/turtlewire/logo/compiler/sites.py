@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from turtlewire.logo.procedures import UserProcedure
-    from turtlewire.logo.syntax import Node
+    from turtlewire.logo.syntax import Call, Node
 
 # What makes a line of the program worth compiling.
 LOOPS = frozenset((
@@ -36,10 +36,11 @@ class Site:
         node: the instruction.
         wanted_by: who wants its value.
         operands: its inputs, if they can be found again.
+        asker: who runs it, or looks at its value, to know what is true.
         procedure: whose instruction it is, when it stands in the function of another one.
     """
 
-    __slots__ = ("node", "operands", "procedure", "wanted_by")
+    __slots__ = ("asker", "node", "operands", "procedure", "wanted_by")
 
     def __init__(
         self,
@@ -47,11 +48,13 @@ class Site:
         wanted_by: str,
         operands: tuple[Operand, ...] = (),
         procedure: UserProcedure | None = None,
+        asker: Call | None = None,
     ) -> None:
         self.node = node
         self.wanted_by = wanted_by
         self.operands = operands
         self.procedure = procedure
+        self.asker = asker
 
 
 def identifier(text: str) -> str:

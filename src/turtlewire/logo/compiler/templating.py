@@ -95,12 +95,12 @@ def _truth_of_template(emitter: Emitter, node: Call, slot: str) -> tuple[list[St
             outer = emitter.slots, emitter.count
             emitter.slots, emitter.count = [slot], ""
             try:
-                statements = emitter.within(lambda: found.append(emitter.condition(nodes[0], node.name)))
+                statements = emitter.within(lambda: found.append(emitter.condition(nodes[0], node)))
             finally:
                 emitter.slots, emitter.count = outer
             return statements, found[0]
     statements, value = _template(emitter, node, [slot])
-    return statements, py.at(emitter.site(node, node.name), py.call("truth", value))
+    return statements, emitter.truth(*emitter.named(value), node, node)
 
 
 def filtered(emitter: Emitter, node: Call) -> Expr:

@@ -67,12 +67,13 @@ def items(value: Value) -> list[Value]:
 
 def truth(logo: Interpreter, value: Value) -> bool:
     """``true`` or ``false``; a list is run to get one."""
-    found = value
-    if isinstance(value, list):
-        result = logo.value_of(value)
-        if result is None:
-            raise BadInputError("nothing", wanted=_TRUTH)
-        found = result
+    return as_truth(logo.value_of(value) if isinstance(value, list) else value)
+
+
+def as_truth(found: Value | None) -> bool:
+    """``true`` or ``false``; ``None`` is a list that output nothing."""
+    if found is None:
+        raise BadInputError("nothing", wanted=_TRUTH)
     lowered = found.lower() if isinstance(found, str) else ""
     if lowered == TRUE:
         return True
