@@ -4,6 +4,8 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
+# Hundreds of tests start turtlewire: each would read all of its source anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 BIN := .venv/bin
 RUNTIME := .venv/.stamp-runtime
@@ -139,5 +141,5 @@ if ! $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
   fi; \
 fi; \
 echo 'making the environment in .venv' >&2; \
-$(PYTHON) -m venv --clear .venv
+$(PYTHON) -m venv --clear --upgrade-deps .venv
 endef

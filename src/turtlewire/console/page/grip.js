@@ -1,7 +1,7 @@
 // What is held just now, and the set-points that come of it: the dead-man's handle.
 //
 // Keys, the joystick, a gamepad and buttons are sources: each presses, changes and releases. While any of them is held a
-// timer sends set-points; when the last is released, or whatever else ends the grip, nothing is sent any more. A grip
+// timer sends set-points, and what begins to move, or stands, is sent at once; when the last is released, or whatever else ends the grip, nothing is sent any more. A grip
 // that was ended (a stop, an error, a window that lost the focus) does not come back: its sources count again only after
 // a new press, and that press has a new number.
 
@@ -29,6 +29,7 @@ export class Grip {
     this.ended = null; // why the last grip ended by itself: a code
     this.timer = null;
     this.since = 0;
+    this.moves = false; // what was sent last
   }
 
   get isHeld() {
@@ -44,9 +45,8 @@ export class Grip {
       this.grips += 1;
       this.ended = null;
       this.since = performance.now();
-      this.send();
-      this.timer = setInterval(() => this.send(), PERIOD_MS);
-    }
+      this.sendNow();
+    } else this.sendIfItMatters();
     this.changed();
   }
 
@@ -54,13 +54,16 @@ export class Grip {
   change(source, what) {
     if (!this.sources.has(source)) return;
     this.sources.set(source, what);
+    this.sendIfItMatters();
     this.changed();
   }
 
   release(source) {
     if (!this.sources.delete(source)) return;
-    if (this.isHeld) this.changed();
-    else this.rest(null);
+    if (this.isHeld) {
+      this.sendIfItMatters();
+      this.changed();
+    } else this.rest(null);
   }
 
   // Whatever is held does not count any more; why: a code, or null where the person knows anyway.
@@ -110,6 +113,18 @@ export class Grip {
     return { speed: speed * this.limits.speed, turn, horn };
   }
 
+  // A finger that is put down and pushed does not wait for the timer; what only changes its strength does.
+  sendIfItMatters() {
+    const { speed, turn } = this.wish();
+    if ((speed !== 0 || turn !== 0) !== this.moves) this.sendNow();
+  }
+
+  sendNow() {
+    clearInterval(this.timer);
+    this.timer = setInterval(() => this.send(), PERIOD_MS);
+    this.send();
+  }
+
   send() {
     const { api } = this;
     if (this.robot === null) return;
@@ -118,12 +133,14 @@ export class Grip {
       return;
     }
     this.number += 1;
+    const wish = this.wish();
+    this.moves = wish.speed !== 0 || wish.turn !== 0;
     api.send({
       type: "drive",
       robot: this.robot,
       number: this.number,
       grip: this.grips,
-      ...this.wish(),
+      ...wish,
       stamp: api.stamp,
       age_ms: Math.round(api.age_ms),
     });
