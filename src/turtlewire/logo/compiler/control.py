@@ -201,7 +201,7 @@ def _while(*, wanted: bool, test_first: bool) -> Callable[[Emitter, Call, bool],
             nodes = emitter.survey.parse(line)
             if len(nodes) != 1:
                 raise RefusedError("a condition of several instructions")
-            truth = emitter.condition(nodes[0], node, in_list=True)
+            truth = emitter.condition(nodes[0], node)
             emitter.body.append(py.when(py.negated(truth) if wanted else truth, [ast.Break()]))
 
         checked = emitter.within(check)

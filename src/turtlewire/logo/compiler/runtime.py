@@ -127,7 +127,7 @@ def backwards(value: Value) -> list[Value]:
     """The members of what is to be reduced: of at least one."""
     members = each_of(value)
     if not members:
-        raise BadInputError(value)
+        raise BadInputError(value, wanted="at least one member to begin with")
     return members
 
 

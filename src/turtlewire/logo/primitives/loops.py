@@ -5,7 +5,6 @@ from __future__ import annotations
 from turtlewire.logo.errors import did_not_output
 from turtlewire.logo.primitives.inputs import key, natural, number, truth
 from turtlewire.logo.procedures import COMMAND, BadInputError, Chapter, Result
-from turtlewire.logo.syntax import Call, Invocation
 from turtlewire.logo.tracing import tell_shadowed
 from turtlewire.logo.values import Number, Value, members_of, narrowed
 
@@ -110,42 +109,44 @@ def _rounds(start: Number, end: Number, step: Number) -> int:
 
 
 def _while(
-    logo: Interpreter, condition: Value, instructions: Value, *, wanted: bool, test_first: bool
+    logo: Interpreter, name: str, condition: Value, instructions: Value, *, wanted: bool, test_first: bool
 ) -> Result:
-    if test_first and truth_of(logo, condition) is not wanted:
+    if test_first and _truth_of(logo, name, condition) is not wanted:
         return None
     while True:
         result = logo.run_list(instructions)
         if result is not None:
             return result
-        if truth_of(logo, condition) is not wanted:
+        if _truth_of(logo, name, condition) is not wanted:
             return None
 
 
-def truth_of(logo: Interpreter, condition: Value) -> bool:
+def _truth_of(logo: Interpreter, name: str, condition: Value) -> bool:
     """The truth that an instruction list outputs; a mere word is run too, so that a forgotten bracket is told."""
     value = logo.value_of(condition, single=True)
     if value is None:
         last = logo.parsed(condition).last
-        raise did_not_output(last.name if isinstance(last, Call | Invocation) else "[]", "while")
+        if last is None:
+            raise did_not_output("[]", name)
+        value = logo.instead(last, name, None)
     return truth(logo, value)
 
 
 @primitive("while", 2)
 def _while_true(logo: Interpreter, condition: Value, instructions: Value) -> Result:
-    return _while(logo, condition, instructions, wanted=True, test_first=True)
+    return _while(logo, "while", condition, instructions, wanted=True, test_first=True)
 
 
 @primitive("until", 2)
 def _until(logo: Interpreter, condition: Value, instructions: Value) -> Result:
-    return _while(logo, condition, instructions, wanted=False, test_first=True)
+    return _while(logo, "until", condition, instructions, wanted=False, test_first=True)
 
 
 @primitive("do.while", 2)
 def _do_while(logo: Interpreter, instructions: Value, condition: Value) -> Result:
-    return _while(logo, condition, instructions, wanted=True, test_first=False)
+    return _while(logo, "do.while", condition, instructions, wanted=True, test_first=False)
 
 
 @primitive("do.until", 2)
 def _do_until(logo: Interpreter, instructions: Value, condition: Value) -> Result:
-    return _while(logo, condition, instructions, wanted=False, test_first=False)
+    return _while(logo, "do.until", condition, instructions, wanted=False, test_first=False)
