@@ -14,20 +14,18 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from turtlewire.errors import (
-    LimitReachedError,
     LinkClosedError,
-    LinkLostError,
     StoppedError,
     TurtlewireError,
 )
 from turtlewire.helm.lease import Lease
+from turtlewire.helm.notices import Notices
 from turtlewire.helm.sight import Ear, Sight, title
-from turtlewire.helm.view import Level, Notice, View
+from turtlewire.helm.view import Level, View
 from turtlewire.helm.wishes import Action, Order, Wish, walter_key
 from turtlewire.robots.runner import ThreadRunner
 from turtlewire.robots.stops import on_behalf_of
 from turtlewire.robots.walter import AsyncWalter
-from turtlewire.turtle import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Sequence
@@ -37,6 +35,7 @@ if TYPE_CHECKING:
     from turtlewire.helm.path import Path
     from turtlewire.links.link import Link
     from turtlewire.trace import Obstacle
+    from turtlewire.turtle import Pose
 
 # A set-point lives so much longer in the driver than its wish, so that a gentle stop comes first.
 MARGIN_S = 0.1
@@ -50,7 +49,6 @@ ASK_S, CHECK_S = 0.5, 5.0
 LOOK_S = 0.08
 # How long the horn may take to fall silent on the way out.
 SILENCE_S = 0.5
-MAX_NOTICES = 30
 
 
 class Helm:
@@ -97,8 +95,7 @@ class Helm:
         self._wish = Wish()
         self._orders: deque[Order] = deque()
         self.refused = 0
-        self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
-        self._told = 0
+        self._notices = Notices()
         self._is_connected = False
 
     # ------------------------------------------------------------------ from whoever drives
@@ -147,11 +144,11 @@ class Helm:
 
     def tell_of(self, error: TurtlewireError) -> None:
         """Have people told what became of something that was done with the robot while it was lent."""
-        self._soon(lambda: self._tell_of(error))
+        self._soon(lambda: self._notices.tell_of(error))
 
     def note(self, text: str, level: Level = "note") -> None:
         """Have people told something."""
-        self._soon(lambda: self._tell(text, level))
+        self._soon(lambda: self._notices.tell(text, level))
 
     def lend(self) -> Lease:
         """Lend the robot, which stands: until the lease is closed, nothing is driven or asked by itself.
@@ -185,11 +182,12 @@ class Helm:
         self._leases: set[Lease] = set()
         ear = Ear(self._target, self._pace, self._between)
         robot: AsyncRobot = await connect_async(
-            self._target, notify=self._warn, announce=self._announce, wrap=ear
+            self._target, notify=self._notices.warn, announce=self._announce, wrap=ear
         )
         self._robot = robot
         self._walter = robot if isinstance(robot, AsyncWalter) else None
         self._sight = Sight(robot, ear, is_seen=self._target.is_simulated, path=self._path)
+        self._notices.elapsed_s = lambda: self._sight.elapsed_s
         self.features, self.obstacles = robot.features, self._sight.obstacles
         self.origin = self._sight.origin
         self._carried_out: Wish | None = None
@@ -396,7 +394,7 @@ class Helm:
             case Action.RESUME:
                 if robot.link_state == "stopped":
                     await robot.resume()
-                    self._tell("driving again", "note")
+                    self._notices.tell("driving again")
             case _:
                 await self._press(order)
 
@@ -431,7 +429,7 @@ class Helm:
     def _has(self, feature: str, name: str) -> bool:
         if feature in self.features:
             return True
-        self._tell(f"this robot has no {name}", "note")
+        self._notices.tell(f"this robot has no {name}")
         return False
 
     # ------------------------------------------------------------------ what people are told
@@ -444,37 +442,12 @@ class Helm:
         self._is_sure = True
         self.refused = wish.number
         self._carried_out = None
-        self._tell_of(error)
+        self._notices.tell_of(error)
         if isinstance(error, LinkClosedError):
             self.failure = error
 
-    def _tell_of(self, error: TurtlewireError) -> None:
-        if isinstance(error, LimitReachedError):
-            way = {"front": "back", "back": "ahead"}.get(error.sensor, "ahead or back, or turn")
-            self._tell(
-                f"{error.sensor} limit: something is in the way at x {error.x_mm:.0f}, y {error.y_mm:.0f} mm. "
-                f"The robot stands; drive it {way}",
-                "warning",
-                code="limit",
-                sensor=error.sensor,
-                pose=Pose(error.x_mm, error.y_mm, error.heading_deg),
-            )
-        elif not isinstance(error, LinkLostError):  # that is seen anyway
-            self._tell(str(error), "error", code="robot")
-
-    def _warn(self, text: str) -> None:
-        self._tell(text, "warning")
-
-    def _tell(
-        self, text: str, level: Level, *, code: str = "", sensor: str = "", pose: Pose | None = None
-    ) -> None:
-        sight = getattr(self, "_sight", None)
-        self._told += 1
-        time_s = sight.elapsed_s if sight else 0.0
-        self._notices.append(Notice(time_s, level, text, self._told, code, sensor, pose))
-
     def _look(self) -> None:
-        self.view = self._sight.look(tuple(self._notices), is_over=self.failure is not None)
+        self.view = self._sight.look(self._notices.newest(), is_over=self.failure is not None)
 
     async def _keep_looking(self) -> None:
         while True:

@@ -11,7 +11,7 @@ import pytest
 
 from turtlewire.configuration import target
 from turtlewire.errors import LinkClosedError, NoReplyError
-from turtlewire.helm import helm as helm_module
+from turtlewire.helm import notices
 from turtlewire.helm.helm import Helm
 from turtlewire.helm.wishes import Action, Order, Wish
 from turtlewire.links.memory import MemoryLink
@@ -361,4 +361,4 @@ def test_notices_are_bounded_and_those_of_drivers_are_among_them(bench: Callable
     for n in range(100):
         made.helm.note(f"note {n}")
     wait_until(lambda: "note 99" in made.notices())
-    assert len(made.helm.view.notices) == helm_module.MAX_NOTICES
+    assert len(made.helm.view.notices) == notices.MAX_NOTICES
