@@ -142,7 +142,10 @@ class Trace:
         found: list[tuple[float, float, bool]] = []
         wanted = count + self.tip
         for stroke in reversed(self.strokes):
-            points = stroke.points[1:][-(wanted - len(found)) :] if wanted > len(found) else []
+            missing = wanted - len(found)
+            if missing <= 0:
+                break
+            points = stroke.points[max(1, len(stroke.points) - missing) :]
             found += [(x, y, stroke.pen_down) for x, y in reversed(points)]
         return found[::-1]
 

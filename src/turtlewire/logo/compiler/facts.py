@@ -35,6 +35,8 @@ RUNS = {
     "if": (1, 2), "ifelse": (1, 2), "iftrue": (0,), "iffalse": (0,), "run": (0,), "repeat": (1,), "forever": (0,),
     "for": (1,), "while": (0, 1), "until": (0, 1), "do.while": (0, 1), "do.until": (0, 1), "catch": (1,),
 }  # fmt: skip
+# What looks for the truth runs a list that is to say it: which inputs.
+ASKS = {"if": 1, "ifelse": 1, "test": 1, "not": 1, "and": None, "or": None}
 # Templates: which input is one.
 TEMPLATES = {"map": 0, "filter": 0, "find": 0, "reduce": 0, "foreach": -1}
 _NAMED = {"make": 0, "localmake": 0, "thing": 0, "name": 1}
@@ -177,7 +179,8 @@ class Survey:
             if not isinstance(node, Call | Invocation):
                 continue
             pending += node.inputs
-            if isinstance(node, Call) and (node.primitive.name in RUNS or node.primitive.name in TEMPLATES):
+            name = node.primitive.name if isinstance(node, Call) else ""
+            if name in RUNS or name in ASKS or name in TEMPLATES:
                 for each in node.inputs:
                     if isinstance(each, Literal) and each.line is not None:
                         pending += self.parse(each.line)
@@ -255,6 +258,11 @@ class Survey:
         self, node: Call, facts: Facts, bound: frozenset[str], *, in_repeat: bool, in_template: bool
     ) -> frozenset[str]:
         name, inputs = node.primitive.name, node.inputs
+        if name in ASKS:
+            for each in inputs[: ASKS[name]]:
+                if isinstance(each, Literal) and each.line is not None:
+                    nodes = self.parse(each.line)
+                    self._look(nodes, facts, bound, in_repeat=in_repeat, in_template=in_template)
         if name == "repcount" or name == "#":
             facts.asks_count |= not in_repeat and not (name == "#" and in_template)
         elif name == "?":

@@ -122,10 +122,9 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
             return fault
         error = made
     assert isinstance(error, LogoError)
-    place = (
-        site.asker.place if isinstance(fault, ConditionError) and site.asker is not None else site.node.place
-    )
-    return blame.placed(logo, error, place, record.owner(site))
+    # Where a value is missing, the expression is at fault; what is wrong with the value is said of who looks at it.
+    node = site.asker if site.asker is not None and not isinstance(fault, SilentError) else site.node
+    return blame.placed(logo, error, node.place, record.owner(site))
 
 
 def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | None) -> LogoError | None:
@@ -153,7 +152,8 @@ def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | N
         return None  # it comes from within a primitive: a mistake of ours
     if isinstance(fault, NameError | KeyError):
         if isinstance(node, Variable):
-            return errors.no_value(node.name, [*logo.variables, *logo.compiler.locals_from(frame)])
+            known = [key for key in (*logo.variables, *logo.compiler.locals_from(frame)) if key != node.key]
+            return errors.no_value(node.name, known)
         return None
     return _refused(logo, site, frame)
 

@@ -26,8 +26,9 @@ def _value(logo: Interpreter, found: Template, inputs: list[Value], given: Value
     result = applied(logo, found, inputs)
     if type(result) not in VALUE_TYPES:
         last = logo.parsed(given).last if isinstance(given, list) else None
-        name = last.name if isinstance(last, Call | Invocation) else show(given)
-        raise did_not_output(name, tool)
+        if isinstance(last, Call | Invocation):
+            return logo.instead(last, tool, None)
+        raise did_not_output(show(given), tool)
     return result  # type: ignore[return-value]
 
 
