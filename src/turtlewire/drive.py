@@ -37,7 +37,7 @@ class Drive(ABC):
     @property
     @abstractmethod
     def features(self) -> frozenset[str]:
-        """What else the robot has: ``"headlights"``, ``"pen"``, ``"horn"``, ``"lamp"``, ``"servos"``."""
+        """What else the robot has: ``"headlights"``, ``"pen"``, ``"horn"``, ``"lamp"``, ``"servos"``, ``"limits"``."""
 
 
 def checked(name: str, value: float) -> float:

@@ -210,6 +210,7 @@ def test_a_limit_is_told_clearly(
     other = start_console("--port", f"sim:walter?arena={arena}")
     name = other.robots()[0]["name"]
     visitor = visit(at=other, robot=name)
+    visitor.see(".tw-chip:has-text('Limits clear')").wait_for()
     visitor.page.keyboard.press("9")
     toast = visitor.see(".tw-toast.warning:has-text('Limit: Front')")
     with visitor.driving("ArrowUp", lambda: toast.count() > 0):
@@ -218,6 +219,7 @@ def test_a_limit_is_told_clearly(
     assert "Limit: Front" in visitor.see(".tw-notices li").first.inner_text()
     blocked = visitor.see(".tw-chip.danger:has-text('Front: blocked')")
     blocked.wait_for()
+    assert not visitor.see(".tw-chip:has-text('Limits clear')").count()
     with visitor.driving("ArrowDown", lambda: blocked.count() == 0):
         pass
     other.wait_for_rest(name)

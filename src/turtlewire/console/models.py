@@ -53,7 +53,6 @@ class Robot(BaseModel):
     origin: dict[str, float] | None = Field(
         description="where on the ground its coordinates begin, and which way they look; null: nobody knows"
     )
-    arena: dict[str, float] | None
     combines: bool = Field(description="it drives and turns at the same time")
     steers: bool = Field(description="it turns by its front wheels")
 

@@ -184,7 +184,6 @@ class Station:
             "features": sorted(helm.features) if helm else [],
             "obstacles": [list(obstacle) for obstacle in self.obstacles],
             "origin": helm.origin._asdict() if helm and helm.origin else None,
-            "arena": None,
             "combines": self.target.protocol != "walter",
             "steers": self.target.protocol == "simple",
         }

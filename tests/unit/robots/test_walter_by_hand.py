@@ -57,7 +57,7 @@ def test_set_points_are_keys_of_direct_control(
 def test_a_walter_is_a_drive_and_where_it_got_it_is_asked(bench: MakeBench) -> None:
     made = bench()
     assert isinstance(made.turtle, Drive)
-    assert made.turtle.features == {"pen", "horn", "lamp"}
+    assert made.turtle.features == {"pen", "limits", "horn", "lamp"}
     made.turtle.drive(0.5, 0)
     assert goes_on(made, 1.0)
     made.turtle.drive(0, 0.5)
@@ -261,7 +261,7 @@ def test_a_program_is_interrupted_where_it_was_by_reckoning(bench: MakeBench) ->
 
 def test_a_robot_that_answers_nothing_is_somewhere_and_one_is_told(bench: MakeBench) -> None:
     made = bench({"groups": frozenset()})
-    assert made.turtle.features == {"pen"}
+    assert made.turtle.features == {"pen", "limits"}
     made.turtle.drive(0.5, 0)
     assert "where it gets by hand is reckoned, and not known" in made.notes[-1]
 

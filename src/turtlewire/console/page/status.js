@@ -35,6 +35,7 @@ export default {
       if (view.lamp != null) chips.push(["lamp", view.lamp, t(view.lamp ? "lamp_is_on" : "lamp_is_off")]);
       const limit = this.limit;
       if (limit) chips.push(["warning", true, t("limit_hit", { sensor: t(`sensor_${limit.sensor}`) }), "danger"]);
+      else if (this.state.info.features.includes("limits")) chips.push(["good", false, t("limits_clear")]);
       return chips;
     },
     // Robots tell that a sensor has stopped them, not that it is free again: it is when they are somewhere else.

@@ -229,9 +229,10 @@ class AsyncWalter(AsyncRobot):
 
     @property
     def features(self) -> frozenset[str]:
-        """What else the robot has, as far as is known: a pen; by its groups (W10), a horn and a lamp."""
+        """What else the robot has, as far as is known: a pen, limit sensors; by its groups (W10), a horn and a lamp."""
         return frozenset(
-            {"pen"} | {name for group, name in (("H", "horn"), ("E", "lamp")) if group in self.groups}
+            {"pen", "limits"}
+            | {name for group, name in (("H", "horn"), ("E", "lamp")) if group in self.groups}
         )
 
     # ------------------------------------------------------------------ pen, screen, speed, horn, lamp
