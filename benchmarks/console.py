@@ -1,14 +1,15 @@
 """What the web console costs: from a touch in the browser to the bytes on the robot's line, with and without watchers.
 
-The robot is a minimal car at a pty, in a process of its own, which answers each command and tells when the command to
-drive came. Three ways lead there, all of them from the moment at which somebody wants it to drive:
+The robot is a car at a pty, in a process of its own, without wheels: it answers as cars do and tells when the command
+to drive came. Three ways lead there, all of them from the moment at which somebody wants it to drive:
 
 - the helm, called directly, in this process: the same path without server and browser;
 - the stream, from a client in Python: without the browser;
 - a touch in Chromium, from the time that the browser itself gives it.
 
 The ways take turns, so that what the machine does besides happens to all of them. Only ratios within one run count.
-Then the stream again, alone and with 20 who watch (2 browsers and 18 streams), in turns, too. At last an hour of a
+Then the stream again, alone and with 20 who watch (2 browsers and 18 streams), in turns, too. Those who watch sit at
+computers of their own: here they have the processor when nobody else wants it. At last an hour of a
 simulated car's path, in virtual time, by what the console keeps of it. With ``--hour`` only that.
 """
 
@@ -29,16 +30,18 @@ import threading
 import time
 import tty
 import urllib.request
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import turtlewire
 from turtlewire import configuration
 from turtlewire.console.traffic import Traffic
 from turtlewire.helm.helm import Helm
-from turtlewire.helm.path import Path
+from turtlewire.helm.path import Path as Way
 from turtlewire.helm.sight import Ear, Sight
 from turtlewire.helm.wire import Tap
 from turtlewire.helm.wishes import Wish
+from turtlewire.protocols.simple.robot import Robot
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,24 +54,20 @@ WATCHERS, BROWSERS = 18, 2
 LIFE_S, REST_S, PATIENCE_S = 0.3, 0.12, 1.0
 HOUR_S, LOOK_S = 3600.0, 0.08
 CHROMIUM = "/usr/bin/chromium"
+LAST = 19  # who is as nice as that has the processor when nobody else wants it
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 
 
 def be_a_car(near: int, told: Connection) -> None:
-    """Answer ``K`` to every seven bytes; tell when a command to drive comes after one to stand."""
-    begun, stands = b"", True
+    """Answer as a car does; tell when it is to drive after it stood."""
+    robot = Robot()
     while True:
         data = os.read(near, 4096)
         now = time.monotonic()
-        begun += data
-        while len(begun) >= 7:
-            command, begun = begun[:7], begun[7:]
-            if command[:1] in b"FBS":
-                drives = command[:1] != b"S" and command[1:4] != b"000"
-                if drives and stands:
-                    told.send(now)
-                stands = not drives
-            os.write(near, b"K")
+        stood = not robot.drive
+        os.write(near, robot.receive_data(data).replies)
+        if stood and robot.drive:
+            told.send(now)
 
 
 class Car:
@@ -258,6 +257,8 @@ def watch(url: str, count: int, is_over: Any) -> None:
     """Several who watch, in a process of their own."""
     from websockets.asyncio.client import connect
 
+    os.nice(LAST)
+
     async def one() -> None:
         async with connect(url.replace("http", "ws", 1) + "api/stream") as socket:
             robot = json.loads(await socket.recv())["robots"][0]["name"]
@@ -286,13 +287,18 @@ def latency() -> None:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         context = browser.new_context(viewport={"width": 390, "height": 780}, has_touch=True, is_mobile=True)
 
-        def visit() -> Any:
+        onlooker = Path(folder, "onlooker")
+        onlooker.write_text(f'#!/bin/sh\nexec nice -n {LAST} {CHROMIUM} "$@"\n', encoding="ascii")
+        onlooker.chmod(0o755)
+        others = playwright.chromium.launch(executable_path=onlooker, args=ARGUMENTS).new_context()
+
+        def visit(context: Any) -> Any:
             page = context.new_page()
             page.goto(console.url)
             page.locator(".tw-stick").wait_for()
             return page
 
-        page = visit()
+        page = visit(context)
         finger, direct, stream = Finger(page, context), Direct(near), Streamer(console)
         taken: dict[str, list[float]] = {"helm": [], "stream": [], "touch": [], "alone": [], "watched": []}
         for _ in range(ROUNDS):
@@ -310,14 +316,14 @@ def latency() -> None:
         page.close()
         for _ in range(ROUNDS // 3):
             taken["alone"] += touches(stream, far, 2 * TOUCHES)
-            pages = [visit() for _ in range(BROWSERS)]
+            pages = [visit(others) for _ in range(BROWSERS)]
             is_over = multiprocessing.Event()
-            others = multiprocessing.Process(target=watch, args=(console.url, WATCHERS, is_over))
-            others.start()
+            streams = multiprocessing.Process(target=watch, args=(console.url, WATCHERS, is_over))
+            streams.start()
             time.sleep(2.0)
             taken["watched"] += touches(stream, far, 2 * TOUCHES)
             is_over.set()
-            others.join()
+            streams.join()
             for each in pages:
                 each.close()
         alone = figures("stream, nobody else watches", taken["alone"])
@@ -338,7 +344,7 @@ def resident_mib() -> float:
 async def hour() -> None:
     """An hour of a car's path, in virtual time, by the parts of the console that keep something."""
     target = configuration.target("sim:simple")
-    traffic, ear, path = Traffic(target), Ear(target, 1.0), Path()
+    traffic, ear, path = Traffic(target), Ear(target, 1.0), Way()
 
     def wrap(link: Link) -> Link:
         ear.link = Tap(traffic.listen(link), ear.messages)

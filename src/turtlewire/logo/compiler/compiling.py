@@ -115,9 +115,17 @@ class Compiler:
                 self._offer(procedure)
 
     def place_of(self, error: BaseException) -> tuple[Place, UserProcedure | None]:
-        """Where in the program a compiled function raised this, and in which procedure; ``None`` when none did."""
+        """Where in the program a compiled function raised this, and in which procedure; ``None``: the evaluator did."""
         found = innermost(self._records, error)
-        return (found[1].node.place, found[0].owner(found[1])) if found is not None else (None, None)
+        if found is None:
+            return None, None
+        record, site, trace = found
+        evaluates, inner = type(self._logo).run_code.__code__, trace.tb_next
+        while inner is not None:
+            if inner.tb_frame.f_code is evaluates:
+                return None, None
+            inner = inner.tb_next
+        return site.node.place, record.owner(site)
 
     def place_in(self, code: CodeType, line: int | None) -> Place:
         """Where in the program a compiled function is; ``None`` when it is none of them."""

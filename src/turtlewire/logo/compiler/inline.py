@@ -218,7 +218,7 @@ def _junction(emitter: Emitter, node: Call, *, is_and: bool) -> Expr:
             result = py.binary(result, ast.BitAnd() if is_and else ast.BitOr(), condition)
         return result
     kept = [
-        value if isinstance(each, Literal) else emitter.kept(value)
+        value if isinstance(each, Literal) else emitter.kept(value, always=True)
         for each, value in zip(node.inputs, made, strict=True)
     ]
     name = emitter.temp()
