@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import random
+import resource
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from turtlewire.errors import TurtlewireError
 from turtlewire.logo import Interpreter, LogoError, ScreenTurtle
 from turtlewire.logo.values import show
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MEMORY, OUT_OF_SPACE = 4 << 30, 1
 
 VARIABLES = ["a", "b", "c", "g"]
 PROCEDURES = {"p": 1, "q": 2, "r": 0, "s": 1, "u": 1, "v": 2}
@@ -166,6 +172,15 @@ def programs(draw: st.DrawFn) -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.fixture(autouse=True)
+def _bounded_memory() -> Iterator[None]:
+    """A few turns of ``word :a :a`` are enough to fill a computer."""
+    bound, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, (bound, hard))
+
+
 def outcome(program: str, *, compiles: bool) -> tuple[str, object, object]:
     """What it prints, what it draws, and its error."""
     written: list[str] = []
@@ -175,6 +190,8 @@ def outcome(program: str, *, compiles: bool) -> tuple[str, object, object]:
     try:
         logo.run(program, "random.logo")
     except LogoError as caught:
+        if caught.number == OUT_OF_SPACE:
+            reject()  # both do sooner or later, but not at the same instruction
         shown = caught.instruction and show(caught.instruction)
         error = (caught.number, caught.text, caught.procedure, shown, str(caught))
     except TurtlewireError as caught:

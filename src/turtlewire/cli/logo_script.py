@@ -61,6 +61,7 @@ def interpreter(
 
         return random.Random(seed)
 
+    program.bound_memory()
     logo = Interpreter(turtle, output.write, chance, step_mm, compiled_at=program.compiled_at())
     logo.variables["commandline"] = make_list([word(each) for each in command_line])
     return logo

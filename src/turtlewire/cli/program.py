@@ -46,6 +46,22 @@ def text_of(data: bytes, program: str) -> str:
         ) from error
 
 
+def bound_memory() -> None:
+    """A program that wants more memory than the computer has is told so, before the system ends it as it likes.
+
+    Then nothing would stop the robot. (There are no such bounds on Windows, and macOS does not keep them.)
+    """
+    try:
+        import resource
+
+        most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") * 3 // 4
+        bound, hard = resource.getrlimit(resource.RLIMIT_AS)
+        if bound == resource.RLIM_INFINITY or bound > most > 0:
+            resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    except (ImportError, AttributeError, OSError, ValueError):
+        return  # it is no worse than without
+
+
 def compiled_at() -> str | None:
     """Where compiled programs are kept for the next time; ``None``: nowhere, when there is no place for such things."""
     home = os.path.expanduser("~")  # noqa: PTH111 - pathlib takes longer to load than all else here

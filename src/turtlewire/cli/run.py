@@ -97,6 +97,7 @@ def execute(arguments: argparse.Namespace, signals: Signals) -> int:
     """Run the program. Whatever happens, the robot is stopped, the pictures are written, and it is told."""
     name = program.name_of(arguments.program)
     preview.check_options(arguments)
+    program.bound_memory()
     if arguments.preview is not None:
         code = preview.go_on(arguments, _targets(arguments), program.read(arguments.program), name)
         if code is not None:

@@ -30,7 +30,6 @@ from turtlewire.turtle import Pose
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from turtlewire.logo import Position
 
 # What a program may take of the machine: bytes of memory, bytes in one file, files open at a time.
 MEMORY, FILE_SIZE, OPEN_FILES = 1 << 30, 10_000_000, 64
@@ -142,9 +141,6 @@ class Work:
             return {"how": "stopped"}
         except TurtlewireError as error:
             return {"how": "failed", "error": pipe.failure(error, self.logo.position)}
-        except MemoryError:
-            self.logo.variables.clear()
-            return {"how": "failed", "error": _of_memory(self.logo.position)}
         return {"how": "ended"}
 
     # ------------------------------------------------------------------ to the server
@@ -250,15 +246,6 @@ class Work:
         if self._is_stopped and not self._knows_it:
             self._knows_it = True
             raise Interrupted
-
-
-def _of_memory(position: Position | None) -> dict[str, Any]:
-    return {
-        "kind": "memory",
-        "text": f"the program needs more memory than it may have ({MEMORY >> 20} MB)",
-        "hint": "Does a list or a word grow without an end?",
-        **pipe.place(position),
-    }
 
 
 class FarKeyboard(Keyboard):

@@ -175,6 +175,11 @@ def is_primitive(name: str) -> LogoError:
     )
 
 
+def out_of_space() -> LogoError:
+    """There is no more memory, or the program may have no more."""
+    return LogoError(1, "out of space", hint="Does a word or a list grow without an end?")
+
+
 def stack_overflow() -> LogoError:
     """Procedures called one another too deep, or brackets are nested too deep."""
     return LogoError(

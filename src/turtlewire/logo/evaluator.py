@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from turtlewire.logo.tokens import Place
     from turtlewire.turtle import Turtle
 
+RESERVE = 64 << 20  # bytes; nothing is ever written there, so that no memory is taken before it is needed
 _FRAMES = 1_200_000  # Python calls that this may take: ten for each, when it is not compiled
 
 
@@ -117,6 +118,7 @@ class Interpreter(Workspace):
         self._compiles = compiles
         self._compiled_at = compiled_at
         self._compiler: Compiler | None = None
+        self.reserve = b""  # memory for the end of a program that has used up all the rest
 
     # --- running programs -------------------------------------------------------------------------------------
 
@@ -133,6 +135,7 @@ class Interpreter(Workspace):
             LinkError, RobotError, MessageError: whatever the turtle raised, with a note of the place in the program.
         """
         failed = True
+        self.reserve = bytes(RESERVE)
         try:
             with RoomForRecursion(_FRAMES):
                 try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from turtlewire.errors import TurtlewireError
-from turtlewire.logo.errors import LogoError, stack_overflow
+from turtlewire.logo.errors import LogoError, out_of_space, stack_overflow
 from turtlewire.logo.evaluator import Interpreter
 from turtlewire.logo.events import stopped
 from turtlewire.logo.procedures import COMMAND, ThrowError
@@ -57,6 +57,8 @@ def speak(logo: Interpreter) -> None:
         logo.write(f"{error}\n")
     except RecursionError:
         logo.write(f"{stack_overflow()}\n")
+    except MemoryError:
+        logo.write(f"{out_of_space()}\n")
     finally:
         logo.turtles, logo.turtle, logo.compiler = turtles, turtle, compiler
         logo.debugger = debugger

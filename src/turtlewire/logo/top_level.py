@@ -12,6 +12,8 @@ from turtlewire.logo.reader import Definition, read
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from turtlewire.logo.evaluator import Interpreter
+    from turtlewire.logo.reader import Line
+    from turtlewire.logo.tokens import Place
 
 
 def run_lines(logo: Interpreter, source: str, name: str) -> None:
@@ -29,7 +31,7 @@ def run_lines(logo: Interpreter, source: str, name: str) -> None:
     level = logo.levels.start(len(program))
     try:
         for index, line in enumerate(program):
-            level[0] = index
+            level[0], logo.node = index, None
             if isinstance(line, Definition):
                 define_from_title(logo, line)
             elif not logo.is_all_watched and (function := logo.compiler.line(line)) is not None:
@@ -41,7 +43,17 @@ def run_lines(logo: Interpreter, source: str, name: str) -> None:
             error = LogoError(14, f"Can't find catch tag for {thrown.tag}")
             place = logo.compiler.place_of(thrown)[0] or logo.place
             raise blame.placed(logo, error, place) from None
+    except MemoryError as full:
+        logo.reserve = b""  # what is to be done on the way out needs some
+        place, procedure = logo.compiler.place_of(full)
+        place = place or logo.place or _beginning(program[level[0]])  # there may be no memory to tell where
+        raise blame.placed(logo, errors.out_of_space(), place, procedure) from None
     except RecursionError as deep:
         place, procedure = logo.compiler.place_of(deep)
         raise blame.placed(logo, errors.stack_overflow(), place or logo.place, procedure) from None
     logo.levels.finish()
+
+
+def _beginning(line: Line | Definition) -> Place:
+    title = line.title if isinstance(line, Definition) else line
+    return (title.source, title.offsets[0]) if title.source is not None and title.offsets else None

@@ -139,6 +139,7 @@ def test_an_empty_program_loads_little() -> None:
         "gc",
         "itertools",
         "math",
+        "resource",
     }  # each is a small one
     assert "turtlewire.logo.compiler" not in modules
     assert "turtlewire.logo.debugging" not in modules
@@ -162,6 +163,7 @@ def test_a_program_that_was_compiled_before_loads_little_more(
         "gc",
         "itertools",
         "math",
+        "resource",
         "zlib",
     }
 

@@ -10,7 +10,6 @@ from turtlewire.configuration import target
 from turtlewire.console import previewing
 from turtlewire.console.previewing import preview_there
 from turtlewire.console.refusals import Refused
-from turtlewire.errors import DataError
 from turtlewire.turtle import HOME, Pose
 
 if TYPE_CHECKING:
@@ -57,9 +56,11 @@ def test_what_goes_on_and_on_is_not_looked_at_to_its_end(source: str, tmp_path: 
         assert sum(len(stroke["points"]) for stroke in found["strokes"]) <= 2 * previewing.MOST_POINTS
 
 
-def test_one_that_takes_all_memory_is_refused() -> None:
-    with pytest.raises(DataError, match="memory"):
-        preview_there(target("sim:walter"), 'make "a "x repeat 40 [make "a word :a :a]', "p.logo", HOME, None)
+def test_one_that_takes_all_memory_ends_in_an_error() -> None:
+    program = 'make "a "x repeat 40 [make "a word :a :a]'
+    found = preview_there(target("sim:walter"), program, "p.logo", HOME, None)
+    assert found["error"]["text"] == "out of space"
+    assert found["error"]["line"] == 1
 
 
 def test_its_files_are_confined_too(tmp_path: Path) -> None:

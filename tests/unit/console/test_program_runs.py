@@ -319,7 +319,14 @@ def test_the_process_ends_when_the_server_does(owner: Owner, runs: Runs) -> None
 def test_memory_is_bounded(runs: Runs) -> None:
     run = ran(runs, 'make "a "x\nrepeat 40 [make "a word :a :a]')
     assert run.state["phase"] == "failed"
-    assert run.state["error"]["kind"] == "memory"
+    assert run.state["error"]["text"] == "out of space"
+    assert run.state["error"]["line"] == 2
+
+
+def test_memory_that_is_taken_little_by_little_is_bounded(runs: Runs) -> None:
+    run = ran(runs, 'make "a []\nforever [make "a fput array 1000 :a]')
+    assert run.state["phase"] == "failed"
+    assert run.state["error"]["text"] == "out of space"
     assert run.state["error"]["line"] == 2
 
 
