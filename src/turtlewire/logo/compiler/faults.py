@@ -10,7 +10,7 @@ from turtlewire.errors import TurtlewireError
 from turtlewire.logo import blame, errors
 from turtlewire.logo.calls import call_primitive
 from turtlewire.logo.compiler.runtime import ConditionError, LateError, SilentError, UnusedError
-from turtlewire.logo.compiler.sites import Site
+from turtlewire.logo.compiler.sites import Site, identifier
 from turtlewire.logo.errors import LogoError
 from turtlewire.logo.procedures import BadInputError
 from turtlewire.logo.syntax import Call, Invocation, Literal, Variable
@@ -110,6 +110,8 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
     if isinstance(fault, LateError):
         record = fault.record or record
         site = record.site_at(fault.number)
+    elif isinstance(fault, UnboundLocalError):
+        site = _of_variable(record, site, trace, str(fault))
     if isinstance(fault, LogoError):
         error: Exception = fault
     elif isinstance(fault, TurtlewireError):
@@ -125,6 +127,20 @@ def translated(logo: Interpreter, records: dict[CodeType, Record], fault: Except
     # Where a value is missing, the expression is at fault; what is wrong with the value is said of who looks at it.
     node = site.asker if site.asker is not None and not isinstance(fault, SilentError) else site.node
     return blame.placed(logo, error, node.place, record.owner(site))
+
+
+def _of_variable(record: Record, site: Site, trace: TracebackType, message: str) -> Site:
+    """Where a variable is meant that has no value.
+
+    Python does two instructions at once in code that is run often, and names the line of the first: here the second
+    may be the one that failed.
+    """
+    lines = [place[0] for place in trace.tb_frame.f_code.co_positions()]
+    following = trace.tb_lasti // 2 + 1
+    for each in (site, record.site_at(lines[following] if following < len(lines) else None)):
+        if isinstance(each.node, Variable) and f"'{identifier(each.node.key)}_" in message:
+            return each
+    return site
 
 
 def _error(logo: Interpreter, site: Site, fault: Exception, frame: FrameType | None) -> LogoError | None:
