@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import resource
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from .terminal import Terminal
 
+MOST = 500_000_000  # bytes of memory
 CTRL_C, CTRL_D, TAB, UP = "\x03", "\x04", "\t", "\x1b[A"
 
 
@@ -287,3 +289,15 @@ def test_pause_asks_within_the_procedure(prompt: Callable[..., Prompt]) -> None:
     at.screen.wait_for("\n8 ")
     at.wait_for_prompt()
     assert at.last_lines(3)[-2:] == ["7", "?"]
+
+
+def test_after_a_program_that_took_all_memory_it_goes_on(prompt: Callable[..., Prompt]) -> None:
+    at = prompt()
+    resource.prlimit(at.process.pid, resource.RLIMIT_AS, (MOST, MOST))
+    said = at.enter('make "a [] forever [make "a fput repcount / 7 :a]')
+    assert any("out of space" in line for line in said)
+    assert at.enter("print 3 + 4") == ["7"]
+    assert at.enter('make "a []') == []
+    assert at.enter("print count :a") == ["0"]
+    at.screen.press(CTRL_D)
+    assert at.ended() == 0

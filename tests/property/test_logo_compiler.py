@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import random
 import resource
 from functools import cache
@@ -191,6 +192,8 @@ def outcome(program: str, *, compiles: bool) -> tuple[str, object, object]:
         logo.run(program, "random.logo")
     except LogoError as caught:
         if caught.number == OUT_OF_SPACE:
+            del caught
+            gc.collect()
             reject()  # both do sooner or later, but not at the same instruction
         shown = caught.instruction and show(caught.instruction)
         error = (caught.number, caught.text, caught.procedure, shown, str(caught))

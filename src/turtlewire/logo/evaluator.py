@@ -28,7 +28,7 @@ from turtlewire.logo.procedures import (
     UserProcedure,
 )
 from turtlewire.logo.progress import Progress, running_place
-from turtlewire.logo.recursion import RoomForRecursion
+from turtlewire.logo.room import RoomForRecursion, reserve
 from turtlewire.logo.streams import Streams
 from turtlewire.logo.syntax import (
     Call,
@@ -59,7 +59,6 @@ if TYPE_CHECKING:
     from turtlewire.logo.tokens import Place
     from turtlewire.turtle import Turtle
 
-RESERVE = 64 << 20  # bytes; nothing is ever written there, so that no memory is taken before it is needed
 _FRAMES = 1_200_000  # Python calls that this may take: ten for each, when it is not compiled
 
 
@@ -135,7 +134,7 @@ class Interpreter(Workspace):
             LinkError, RobotError, MessageError: whatever the turtle raised, with a note of the place in the program.
         """
         failed = True
-        self.reserve = bytes(RESERVE)
+        self.reserve = reserve()
         try:
             with RoomForRecursion(_FRAMES):
                 try:

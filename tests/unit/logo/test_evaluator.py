@@ -10,7 +10,7 @@ import pytest
 
 from turtlewire.errors import LimitReachedError, LinkClosedError
 from turtlewire.logo import Interpreter, ScreenTurtle
-from turtlewire.logo.evaluator import RESERVE
+from turtlewire.logo.room import RESERVE
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,7 +1,8 @@
-"""Python's recursion limit, raised while Logo runs: a deep recursion in Logo is one in Python.
+"""Room for programs, as long as one runs.
 
-And how often Python looks for objects that hold one another: lists never do, so in a program that makes many of them
-it would look in vain for a quarter of the time.
+Python's recursion limit: a deep recursion in Logo is one in Python. How often Python looks for objects that hold one
+another: lists never do, so in a program that makes many of them it would look in vain for a quarter of the time. And
+memory for the way out of a program that has used up all the rest.
 """
 
 from __future__ import annotations
@@ -12,6 +13,18 @@ import sys
 _found: list[int] = []  # for each running program, the limit to be put back
 _SELDOM = (50_000, 20, 50)  # after how many more objects; see Python's module gc
 _often: list[tuple[int, int, int]] = []  # how often it was before
+
+RESERVE = 64 << 20  # bytes; nothing is ever written there, so that no memory is taken before it is needed
+
+
+def reserve() -> bytes:
+    """As much as there is: the program before this one may have left little."""
+    for size in (RESERVE, RESERVE // 8):
+        try:
+            return bytes(size)
+        except MemoryError:
+            gc.collect()
+    return b""
 
 
 class RoomForRecursion:
