@@ -29,12 +29,15 @@ def run_lines(logo: Interpreter, source: str, name: str) -> None:
         logo.compiler.switch_off()
     program = read(source, name)
     level = logo.levels.start(len(program))
+    function = None
     try:
         for index, line in enumerate(program):
-            level[0], logo.node = index, None
+            level[0] = index
             if isinstance(line, Definition):
                 define_from_title(logo, line)
-            elif not logo.is_all_watched and (function := logo.compiler.line(line)) is not None:
+                continue
+            function = logo.compiler.line(line) if not logo.is_all_watched else None
+            if function is not None:
                 call_compiled(logo, function, [])
             else:
                 logo.run_line(line, COMMAND)
@@ -46,7 +49,8 @@ def run_lines(logo: Interpreter, source: str, name: str) -> None:
     except MemoryError as full:
         logo.reserve = b""  # what is to be done on the way out needs some
         place, procedure = logo.compiler.place_of(full)
-        place = place or logo.place or _beginning(program[level[0]])  # there may be no memory to tell where
+        if place is None:  # there may be no memory to tell where
+            place = logo.place if function is None else _beginning(program[level[0]])
         raise blame.placed(logo, errors.out_of_space(), place, procedure) from None
     except RecursionError as deep:
         place, procedure = logo.compiler.place_of(deep)
