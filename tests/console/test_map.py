@@ -215,8 +215,8 @@ def test_a_limit_is_told_clearly(
     toast = visitor.see(".tw-toast.warning:has-text('Limit: Front')")
     with visitor.driving("ArrowUp", lambda: toast.count() > 0):
         other.wait_for_rest(name)
-        assert "in the way" in visitor.see(".tw-hand-says").inner_text()
-    assert "Limit: Front" in visitor.see(".tw-notices li").first.inner_text()
+        visitor.see(".tw-hand-says:has-text('in the way')").wait_for()
+    visitor.see(".tw-notices li:has-text('Limit: Front')").first.wait_for()
     blocked = visitor.see(".tw-chip.danger:has-text('Front: blocked')")
     blocked.wait_for()
     assert not visitor.see(".tw-chip:has-text('Limits clear')").count()
