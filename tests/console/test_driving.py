@@ -67,7 +67,7 @@ def test_a_key_drives_while_it_is_held(
     for key, (ahead, turn) in keys.items():
         before = console.view("walter")["pose"]
         with visitor.driving(key, _gone(console, "walter", before, ahead=ahead, turn=turn)):
-            assert visitor.see(".tw-wheel-says").inner_text() == "You drive"
+            visitor.see(".tw-wheel-says:text-is('You drive')").wait_for()
         console.wait_for_rest("walter")
 
 
