@@ -20,6 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
     output.prepare()
     sys.excepthook = _tell_of_bug
+    is_program = arguments is None
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments:
         from turtlewire.cli import command_line
@@ -39,6 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except Interrupted as error:
             output.tell("\n".join([f"turtlewire: interrupted ({error})", *getattr(error, "__notes__", [])]))
             return INTERRUPTED
+    if is_program and script_of(arguments) is not None:
+        output.leave(code)
     return code
 
 

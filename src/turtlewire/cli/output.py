@@ -53,6 +53,17 @@ def finish() -> None:
         raise _explained(error) from error
 
 
+def leave(code: int) -> None:
+    """End this program at once, when all is written and closed.
+
+    Python would take what a script has made apart, piece by piece: a tenth of the time of a long one. Whoever wants to
+    hear warnings (``-X dev``, ``-W``) wants that.
+    """
+    if not (sys.flags.dev_mode or sys.warnoptions):
+        sys.stderr.flush()
+        os._exit(code)
+
+
 def _explained(error: OSError) -> OutputError:
     _give_up(sys.stdout)
     if error.errno in (errno.EPIPE, errno.EINVAL):  # EINVAL: Windows

@@ -188,3 +188,47 @@ def test_a_signal_has_its_name_without_the_enumeration_of_them() -> None:
             said = process.stderr.read()
         assert process.returncode == 130
         assert said == f"turtlewire: interrupted ({number.name})\nin forever.logo, line 1\n"
+
+
+# --- and ending
+
+
+@pytest.mark.parametrize("options", [[], ["-X", "dev"]], ids=["at once", "taken apart"])
+def test_all_is_written_when_a_script_has_ended(options: list[str], tmp_path: Path) -> None:
+    Path("writes.logo").write_text(
+        'openwrite "kept setwrite "kept repeat 5000 [print repcount] setwrite []\nrepeat 5000 [type repcount]',
+        "utf-8",
+    )
+    ended = subprocess.run(
+        [sys.executable, *options, "-c", COMMAND, "logo", "writes.logo"],
+        env={**ENVIRONMENT, "PYTHONWARNINGS": ""},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert ended.stdout == "".join(str(number) for number in range(1, 5001))
+    assert Path("kept").read_text("utf-8").split() == [str(number) for number in range(1, 5001)]
+    assert ended.stderr == ""
+
+
+def test_a_script_whose_output_nobody_reads_says_so() -> None:
+    Path("long.logo").write_text("repeat 100000 [print repcount]", "utf-8")
+    ended = subprocess.run(
+        [
+            "bash",
+            "-c",
+            f"'{sys.executable}' -c '{COMMAND}' logo long.logo | head -1; exit ${{PIPESTATUS[0]}}",
+        ],
+        env={**ENVIRONMENT, "PYTHONWARNINGS": ""},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.stdout == "1\n"
+    assert "no longer read" in ended.stderr
+    assert ended.returncode not in (0, 120)
+
+
+def test_called_as_a_function_it_comes_back() -> None:
+    assert main.main(["logo", "a.logo"]) == 0
