@@ -9,9 +9,8 @@ to drive came. Three ways lead there, all of them from the moment at which someb
 
 The ways take turns, so that what the machine does besides happens to all of them. Only ratios within one run count.
 Then the stream again, alone and with 20 who watch (2 browsers and 18 streams), in turns, too. Those who watch sit at
-computers of their own: here they have the processor when nobody else wants it. At last two hours of a
-simulated car's path, in virtual time, by what the console keeps of it; it keeps no more after 70 minutes. With
-``--path`` only that.
+computers of their own: here they have the processor when nobody else wants it. At last two hours of a simulated car's
+path, in virtual time, by what the console keeps of it; it keeps no more after 70 minutes. With ``--path`` only that.
 """
 
 from __future__ import annotations

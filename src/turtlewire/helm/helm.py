@@ -13,11 +13,7 @@ import time
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from turtlewire.errors import (
-    LinkClosedError,
-    StoppedError,
-    TurtlewireError,
-)
+from turtlewire.errors import LinkClosedError, StoppedError, TurtlewireError
 from turtlewire.helm.lease import Lease
 from turtlewire.helm.notices import Notices
 from turtlewire.helm.sight import Ear, Sight, title

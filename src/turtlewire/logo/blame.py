@@ -26,9 +26,8 @@ def placed(
         running = procedure or logo.procedure
         if error.procedure is None and running is not None:
             error.procedure = running.name
-            line = (
-                line_of(running, place) if procedure is not None else None
-            )  # the evaluator knows where it is
+            # The evaluator knows where it is; of a compiled procedure, its text tells.
+            line = line_of(running, place) if procedure is not None else None
             error.instruction = line.value if line is not None else logo.instruction
     if error.position is None and place is not None:
         error.position = place[0].position(place[1])

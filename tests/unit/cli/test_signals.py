@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import threading
 import time
 from typing import TYPE_CHECKING
 
@@ -106,12 +107,24 @@ def test_and_again_until_it_is_not_ignored() -> None:
     assert Slow.ended == 2
 
 
-def test_one_that_was_ignored_during_the_way_out_stays_so() -> None:
+def test_one_that_was_ignored_is_not_raised_after_it_has_been_dealt_with(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As at the prompt, which stops the robot and asks again."""
+    sent = threading.Event()
+    send_again = Signals._send_again
+
+    def send(signals: Signals, number: int) -> None:
+        send_again(signals, number)
+        sent.set()
+
+    monkeypatch.setattr(Signals, "_send_again", send)
     with Signals() as signals:
         Tidied()
         signals.hold()
-        time.sleep(0.1)
-    assert signals.received == "SIGINT"
+        signals.renew()
+        assert sent.wait(20.0)
+    assert signals.received == ""
 
 
 def test_other_exceptions_are_ignored_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:

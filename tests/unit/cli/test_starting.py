@@ -194,7 +194,7 @@ def test_a_signal_has_its_name_without_the_enumeration_of_them() -> None:
 
 
 @pytest.mark.parametrize("options", [[], ["-X", "dev"]], ids=["at once", "taken apart"])
-def test_all_is_written_when_a_script_has_ended(options: list[str], tmp_path: Path) -> None:
+def test_all_is_written_when_a_script_has_ended(options: list[str]) -> None:
     Path("writes.logo").write_text(
         'openwrite "kept setwrite "kept repeat 5000 [print repcount] setwrite []\nrepeat 5000 [type repcount]',
         "utf-8",
